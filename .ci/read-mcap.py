@@ -1,7 +1,7 @@
-"""An MCAP record as another program reads it: the Python package `mcap`, which shares no code with ours.
+"""Checks an MCAP record with the Python package `mcap`, which shares no code with ours.
 
-read-mcap.py FILE [STATUSES]: every checksum, every channel, every message against its schema. With STATUSES it also counts
-the statuses, and reads the file broken off.
+read-mcap.py FILE [STATUSES] checks every checksum, every channel, and every message against its schema. With STATUSES it also
+checks the number of statuses, and reads the file truncated.
 """
 import collections, io, json, sys
 from mcap.exceptions import McapError
@@ -21,13 +21,13 @@ def check(value, schema, path):
         check(item, schema["items"], path)
 
 data = open(sys.argv[1], "rb").read()
-# From its first byte to its last: this reads the attachments too, which the reader of messages leaves out.
+# Reads the whole file with its attachments, which the reader of messages leaves out.
 assert sum(1 for _ in StreamReader(io.BytesIO(data), validate_crcs=True).records) > 0
 counts, last = collections.Counter(), {}
 for schema, channel, message in make_reader(io.BytesIO(data), validate_crcs=True).iter_messages(log_time_order=False):
     counts[channel.topic] += 1
     if channel.topic == "/records":
-        assert schema is None and message.data[-1] == 0 and 0 not in message.data[:-1], "one frame a message"
+        assert schema is None and message.data[-1] == 0 and 0 not in message.data[:-1], "one frame per message"
         continue
     assert (channel.message_encoding, schema.encoding) == ("json", "jsonschema")
     value = json.loads(message.data)
@@ -52,6 +52,6 @@ def whole(length):
 
 for share in (0.1, 0.5, 0.9) if STATUSES else ():
     found = whole(int(len(data) * share))
-    # The chunk in which the file breaks off is lost to this reader: half a second of 24.
+    # This reader loses the chunk in which the file ends: half a second of 24 s.
     assert found > (share - 0.03) * sum(counts.values()), f"{share} of the file: {found} messages"
 print(f"record: {len(data)} bytes, {dict(counts)}, as the Python reader finds them")

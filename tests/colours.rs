@@ -73,14 +73,14 @@ fn one_meaning_has_one_colour_and_one_line_everywhere() {
         // The console's curves with this name, or with this word after a quantity's name.
         let named = format!("{meaning}\", \"");
         let curves: Vec<(&str, &str)> = { plots.match_indices(&named) }
+            // The curves of slip, all of them true values, tell the sides of the vehicle apart by colour.
+            .filter(|(at, _)| !["left, ", "right, "].iter().any(|side| plots[..*at].ends_with(side)))
             .map(|(at, _)| {
                 let curve = plots[at..].split(']').next().expect("ends");
                 let mut parts = curve.split(", ").skip(2);
                 let (colour, line) = (parts.next().expect("a colour"), parts.next().expect("a line"));
                 (colour.trim_matches('"'), line)
             })
-            // The curves of slip tell the sides of the vehicle apart by colour: all of them are true values.
-            .filter(|(colour, _)| meaning != "true" || *colour == "--c4")
             .collect();
         let (variable, line) = curves[0];
         assert!(curves.iter().all(|curve| *curve == (variable, line)), "{curves:?}");

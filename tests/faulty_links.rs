@@ -50,7 +50,7 @@ fn what_the_operator_does_not_hear_is_in_the_trace_all_the_same() {
 #[test]
 fn a_disarm_comes_through_a_link_that_loses_most_of_it() {
     for direction in ["to-board", "both"] {
-        for (loss, seed) in [(0.5, 1), (0.5, 3), (0.8, 5), (0.8, 7), (0.9, 9)] {
+        for (loss, seed) in [(0.5, 1), (0.5, 3), (0.8, 4), (0.8, 7), (0.9, 11)] {
             let steps = format!(
                 "{}, {{ at_s = 5.0, action = \"link\", direction = \"{direction}\", loss = {loss:?} }}, \
                  {{ at_s = 5.1, action = \"disarm\" }}",
@@ -65,10 +65,12 @@ fn a_disarm_comes_through_a_link_that_loses_most_of_it() {
                 .find(|row| row.time_s() > 5.05 && row.status.mode == Mode::Disarmed);
             let at_s = disarmed.map(|row| row.time_s() - 5.1);
             println!("{story}: disarmed after {at_s:?} s");
-            // The tool sends Disarm forty times in 2 s: even at 0.9 all are lost in fewer than 2 of 100 runs. With so many
-            // commands lost, the dead-man time may disarm the vehicle, too.
+            // The tool sends Disarm forty times in 2 s: even at 0.9 all are lost in fewer than 2 of 100 runs.
             assert!(at_s.is_some_and(|s| s < 2.0), "{story}: {at_s:?}");
             let rows = &outcome.trace.rows;
+            // With these seeds enough drive commands come through, so that the Disarm ends the drive and not the silence.
+            let silent = rows.iter().any(|row| row.status.faults.contains(Fault::CommandTimeout));
+            assert!(!silent, "{story}: the board lacks drive commands");
             let on = rows.iter().rfind(|row| row.bridges_on).map(|row| row.time_s() - 5.1);
             assert!(on.is_some_and(|s| s < 2.0), "{story}: {on:?}");
         }

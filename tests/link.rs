@@ -134,7 +134,7 @@ fn program(arguments: &[&str]) -> Output {
 fn the_program_disarms_before_anything_else() {
     let (mut board_end, tool_end) = TTYPort::pair().expect("a pseudo-terminal");
     board_end.set_timeout(GIVE_UP).expect("a timeout");
-    let mut program = Command::new(env!("CARGO_BIN_EXE_hil-sim"))
+    let program = Command::new(env!("CARGO_BIN_EXE_hil-sim"))
         .args(["link", "--port", &tool_end.name().expect("has a name"), "disarm"])
         .stderr(Stdio::piped())
         .spawn()
@@ -146,8 +146,14 @@ fn the_program_disarms_before_anything_else() {
         came.extend(&bytes[..length]);
     }
     assert!(matches!(messages(&came)[0], HostMessage::Disarm(_)), "{came:?}");
-    // Nobody answers: the program ends by itself.
-    assert_eq!(program.wait().expect("ends").code(), Some(1));
+    // Nobody answers: the program ends by itself and says what it does not know.
+    let ended = program.wait_with_output().expect("ends");
+    assert_eq!(ended.status.code(), Some(1));
+    let error = String::from_utf8_lossy(&ended.stderr);
+    assert!(
+        error.contains("Disarm was sent, and the board did not confirm it"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -242,7 +248,7 @@ fn sets_move_as_vehicle_files() {
     assert!(differ.1.contains("control.speed_max_m_s: 1.25 -> 2.5"), "{}", differ.1);
     let loaded = run(&mut bench, &["load", path]);
     assert!(
-        loaded.0 == 0 && loaded.1.contains("1 parameters changed"),
+        loaded.0 == 0 && loaded.1.contains("parameters changed: 1"),
         "{}",
         loaded.1
     );

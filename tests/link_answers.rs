@@ -168,10 +168,7 @@ impl Wire for LossyWire {
 #[test]
 fn the_look_back_comes_whole_over_a_wire_that_loses() {
     let mut bench = Bench::driving(41, 1.0);
-    bench.board.world(|world| {
-        world.emergency_stop = true;
-        world.trip();
-    });
+    bench.press_emergency_stop();
     bench.run(1000);
     let wire = LossyWire {
         wire: BoardWire::new(bench),
@@ -192,10 +189,7 @@ fn the_look_back_comes_whole_over_a_wire_that_loses() {
 #[test]
 fn the_look_back_is_there_for_who_asks_as_soon_as_the_fault_is_told() {
     let mut bench = Bench::driving(41, 1.0);
-    bench.board.world(|world| {
-        world.emergency_stop = true;
-        world.trip();
-    });
+    bench.press_emergency_stop();
     bench.run(30);
     let mut link = Link::new(BoardWire::new(bench), 43, Arc::default());
     link.identify().expect("answers");

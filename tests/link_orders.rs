@@ -358,9 +358,7 @@ fn the_status_comes_at_the_rate_that_the_host_chooses() {
 #[test]
 fn a_host_believes_no_status_before_the_board_has_said_who_it_is() {
     let mut bench = Bench::new(36);
-    bench.client = LinkClient::new(4);
     let mut listener = LinkClient::new(5);
-    bench.run_watching(0, |_| {});
     for ms in 1..=100 {
         bench.board.run_until(ms * 1000);
         listener.receive(ms * 1000, &bench.board.receive());

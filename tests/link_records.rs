@@ -82,10 +82,7 @@ fn the_stream_of_records_replays_bit_for_bit_and_leaves_room_for_the_status() {
 #[test]
 fn the_last_two_seconds_before_a_fault_can_be_read_afterwards() {
     let mut bench = Bench::driving(38, 1.0);
-    bench.board.world(|world| {
-        world.emergency_stop = true;
-        world.trip();
-    });
+    bench.press_emergency_stop();
     bench.run(1000);
     let stopped = bench.board.status().expect("runs");
     assert!(stopped.faults.contains(Fault::EmergencyStop));
@@ -223,10 +220,7 @@ fn the_tool_shows_the_boards_log() {
     let mut bench = ready(40);
     bench.request(Request::Arm);
     bench.run(500);
-    bench.board.world(|world| {
-        world.emergency_stop = true;
-        world.trip();
-    });
+    bench.press_emergency_stop();
     bench.run(500);
     bench.request(Request::Arm);
     bench.run(500);
@@ -307,10 +301,7 @@ fn run_with_a_fault(seed: u64, history: &VirtualFlash, ms: u64) -> (u32, Vec<Fau
     bench.request(Request::Arm);
     bench.run(ms);
     assert_eq!(bench.mode(), Mode::Armed);
-    bench.board.world(|world| {
-        world.emergency_stop = true;
-        world.trip();
-    });
+    bench.press_emergency_stop();
     bench.run(100);
     let boot = bench.client.identity().expect("identified").about.boot;
     (boot, faults(&mut bench))

@@ -113,10 +113,7 @@ fn a_fault_is_told_within_300_ms_and_named() {
         wire.world = Box::new(move |bench, us| {
             *seen.borrow_mut() = us;
             if us >= at_us {
-                bench.board.world(|world| {
-                    world.emergency_stop = true;
-                    world.trip();
-                });
+                bench.press_emergency_stop();
             }
         });
         let sent = wire.sent.clone();

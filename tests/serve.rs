@@ -61,7 +61,7 @@ fn every_command(served: &Served, name: &str) {
     served.wait_for("drives");
     ok(&["disarm"]);
     ok(&["clear-faults"]);
-    assert!(ok(&["log"]).contains("armed"));
+    assert!(ok(&["log"]).contains(" armed"));
     ok(&["faults"]);
     let (records, set) = (new_file(&format!("{name}.rec")), new_file(&format!("{name}.toml")));
     ok(&["record", "--out", &records, "--seconds", "0.5"]);
@@ -244,7 +244,7 @@ fn a_client_that_vanishes_leaves_a_vehicle_that_stops() {
         .stdout(Stdio::null())
         .spawn()
         .expect("starts");
-    served.wait_for("armed");
+    served.wait_for("INFO  armed");
     // SIGKILL, so that the tool cannot send a Disarm.
     first.kill().expect("killed");
     first.wait().expect("ended");

@@ -122,7 +122,7 @@ fn values_out_of_range_are_named_with_what_is_allowed() {
     }
 }
 
-/// Counts and spans that would take for ever, or all of the memory, if they were taken at their word.
+/// Counts and spans that would take for ever or need all of the memory.
 #[test]
 fn huge_counts_are_refused_with_what_is_allowed() {
     let scenario = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/scenarios/kerb.toml");
@@ -181,14 +181,14 @@ fn huge_counts_are_refused_with_what_is_allowed() {
     }
 }
 
-/// The longest run that is allowed, and the widest: twelve columns as JSON, as CSV, in charts and on a page.
+/// The longest run that is allowed, with the most columns: twelve as JSON, as CSV, in charts and on a page.
 #[cfg(target_os = "linux")]
 #[test]
 fn the_longest_run_of_the_widest_command_stays_within_half_a_gigabyte() {
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("longest-run");
     let out = folder.to_str().unwrap();
     let line = format!("spatial --u-right 0.3 --t-end 10 --sample 2e-5 --json --out {out} --html {out}/page.html");
-    // The kernel refuses what is beyond: the allocation that would pass the limit ends the tool.
+    // The system refuses memory beyond the limit, and a refused allocation ends the tool.
     let limited = Command::new("sh")
         .args([
             "-c",
@@ -223,7 +223,7 @@ fn a_directory_that_cannot_be_written_is_bad_input() {
     }
 }
 
-/// Reads a little and closes the pipe, as `| head -c 1` does.
+/// A reader that closes the pipe early, as `| head -c 1` does.
 #[test]
 fn a_reader_that_leaves_is_no_failure() {
     let scenario = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/scenarios/zero-radius-turn.toml");
@@ -240,7 +240,7 @@ fn a_reader_that_leaves_is_no_failure() {
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        // Closed before anything is written: every write fails.
+        // Closed before the tool writes anything, so that every write fails.
         drop(child.stdout.take());
         let mut message = String::new();
         child.stderr.take().unwrap().read_to_string(&mut message).unwrap();
@@ -249,7 +249,7 @@ fn a_reader_that_leaves_is_no_failure() {
     }
 }
 
-/// A motion that cannot be followed ends in a message, in bounded time, without a made-up result.
+/// If the integration cannot follow a motion, the command ends with a message, in bounded time, and without a result.
 #[test]
 fn a_motion_that_cannot_be_followed_is_said() {
     for line in [

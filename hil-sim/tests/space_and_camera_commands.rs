@@ -43,7 +43,7 @@ fn number(value: &Value, key: &str) -> f64 {
     value[key].as_f64().unwrap()
 }
 
-/// Exit code 2 and one message that names the flag.
+/// Asserts exit code 2 and a message that names the flag.
 fn refused(line: &str, flag: &str) {
     let output = hil_sim(line);
     let message = String::from_utf8_lossy(&output.stderr).into_owned();

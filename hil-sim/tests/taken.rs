@@ -1,11 +1,11 @@
-//! What the analysis commands take where nobody gives a number.
+//! The numbers that the analysis commands use where the user gives none.
 
 use std::path::Path;
 
 mod vehicle_tool;
 use vehicle_tool::{REFERENCE, file, hil_sim, json, reference_with};
 
-/// The tool reports a number that decides a result and that nobody gave: in the table, in JSON and on the page.
+/// The tool reports every number that affects a result and that the user did not give: in the table, in JSON and on the page.
 #[test]
 fn what_nobody_gave_is_told_with_where_it_comes_from() {
     let slope = "--beta 0.0873 (the thesis's slope, rad)";

@@ -7,7 +7,7 @@ use serde_json::Value;
 mod vehicle_tool;
 use vehicle_tool::{REFERENCE, file, hil_sim, json, reference_with};
 
-/// Every analysis command with what it needs besides a vehicle, short enough for a test.
+/// Every analysis command, with the flags that it needs besides a vehicle, and short enough for a test.
 const COMMANDS: [&str; 9] = [
     "equilibrium",
     "simulate --voltage 0.5 --t-end 2 --sample 1",
@@ -20,10 +20,10 @@ const COMMANDS: [&str; 9] = [
     "coupled --voltage 0.5 --t-end 2 --sample 1",
 ];
 
-/// How the names of numbers in SI end.
+/// Endings of the names of numbers in SI.
 const UNITS: [&str; 4] = ["_v", "_m_s", "_deg", "_s"];
 
-/// The message of a run that must end with 2 and print nothing.
+/// Asserts that a run ends with exit code 2 and prints nothing; returns its message.
 fn refused(line: &str, vehicle: &str) -> String {
     let output = hil_sim(line, Some(vehicle));
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -32,14 +32,14 @@ fn refused(line: &str, vehicle: &str) -> String {
     message
 }
 
-/// The nondimensional numbers of a JSON value, in order: what has a unit is said only where a vehicle is known.
+/// The nondimensional numbers of a JSON value, in order; numbers with a unit are there only if the vehicle is known.
 fn numbers(value: &Value) -> Vec<f64> {
     match value {
         Value::Number(n) => vec![n.as_f64().unwrap()],
         Value::Array(all) => all.iter().flat_map(numbers).collect(),
         Value::Object(all) => all
             .iter()
-            // What was taken though nobody gave it is no result.
+            // The numbers that the user did not give are no result.
             .filter(|(name, _)| *name != "taken" && !UNITS.iter().any(|unit| name.ends_with(unit)))
             .flat_map(|(_, value)| numbers(value))
             .collect(),
@@ -56,7 +56,7 @@ fn same(line: &str, a: &Value, b: &Value) {
     }
 }
 
-/// The flags that describe a changed reference vehicle, computed here from its SI values.
+/// A vehicle file gives the same results as the flags that describe the vehicle, computed here from its SI values.
 #[test]
 fn the_file_is_worth_its_flags() {
     let vehicle = reference_with(
@@ -71,7 +71,7 @@ fn the_file_is_worth_its_flags() {
     let (mass, r, w) = (13.6, 0.25_f64, (9.81_f64 / 0.25).sqrt());
     let inertia = mass * r * r;
     let damping = 1.065 + 2.0 * 0.0302 * 0.030124 * 43.0 * 43.0 / 0.316;
-    // On a plane the spar rides along: everything is over the whole mass. In space it does not.
+    // The planar vehicle carries its spar: its numbers are relative to the whole mass. The spatial vehicle does not carry it.
     let (lc, mc) = (0.3_f64, 0.45);
     let whole = mass + mc + 1.53 + 2.04;
     let numbers = |mass: f64| {
@@ -100,9 +100,9 @@ fn the_file_is_worth_its_flags() {
         let flags = match line.split(' ').next().unwrap() {
             "spatial" => format!("{alone} --s 1.2 --j0 {}", 0.12 / inertia),
             "lqr" | "camera" => camera.clone(),
-            // No flags describe its spar: see below.
+            // No flags describe its spar: `the_reference_vehicle_carries_the_spar_of_chapter_7` checks it.
             "coupled" => continue,
-            // The file's gains are over wheels and arm.
+            // The file's gains are relative to wheels and arm.
             "equilibrium" => format!("{planar} --kp {} --kd {}", 0.8 * mass / whole, 10.0 * mass / whole),
             _ => planar.clone(),
         };
@@ -120,7 +120,7 @@ fn the_reference_vehicle_carries_the_spar_of_chapter_7() {
     let (from_file, thesis) = (json(&line, Some(REFERENCE)), json(&line, None));
     let [a, b] = [&from_file, &thesis].map(|v| v["psi_max_deg"].as_f64().unwrap());
     assert!((a - b).abs() < 2e-3 * b && a != b, "{a} {b}");
-    // Another spar is another vehicle; its masses alone fix what holds it on the slope.
+    // With another spar the vehicle differs; its masses alone determine the voltage that holds it on the slope.
     let heavy = reference_with("heavy.toml", &[("ballast_mass_kg = 2.04", "ballast_mass_kg = 4.08")]);
     let hold = json("coupled --beta 0.2 --t-end 1 --sample 1", Some(&heavy))["voltage"][0]
         .as_f64()
@@ -241,8 +241,8 @@ fn a_vehicle_without_a_spar_has_no_camera_commands() {
     assert!(json("critical", Some(&bare))["critical"].is_number());
 }
 
-/// What is said in SI is the nondimensional number times a scale that is computed here: speed sqrt(g r) at theta' = 1,
-/// and the voltage at which both motors give (M+m) g r (3.11); of the planar vehicle, which carries its spar, the whole mass.
+/// Each number in SI is the nondimensional number times a scale that is computed here: sqrt(g r) for the speed at theta' = 1, and for
+/// voltages the voltage at which both motors give (M+m) g r (3.11), with the whole mass for the planar vehicle, which carries its spar.
 #[test]
 fn a_whole_vehicle_gives_volts_speeds_and_degrees() {
     let r = 0.25_f64;
@@ -304,7 +304,7 @@ fn a_whole_vehicle_gives_volts_speeds_and_degrees() {
             equilibrium[number][0][0].as_f64().unwrap() / time,
         );
     }
-    // What holds the whole weight, and how the arm hangs, on 0.1 rad.
+    // The voltage that holds the whole weight, and the arm's angle, on 0.1 rad.
     let holds = json("equilibrium --beta 0.1", Some(REFERENCE));
     near(&holds["voltage_v"], volts * 0.1_f64.sin());
     near(&holds["phi"], (17.68 * 0.25 * 0.1_f64.sin() / (12.24 * 0.2)).asin());
@@ -322,7 +322,7 @@ fn a_whole_vehicle_gives_volts_speeds_and_degrees() {
     assert!(text.contains(" V)"), "{text}");
 }
 
-/// The same of the spar: time over sqrt(l_c / g), and the voltage at which the ballast motor gives m_c g l_c.
+/// The same for the spar: times in units of sqrt(l_c / g), voltages in units of that at which the ballast motor gives m_c g l_c.
 #[test]
 fn a_whole_vehicle_gives_the_regulator_in_volts() {
     let near = |value: &Value, want: f64| {

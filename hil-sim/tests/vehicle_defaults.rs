@@ -1,4 +1,4 @@
-//! What the analysis commands take from a vehicle's file where no flag says otherwise.
+//! The values that the analysis commands take from a vehicle file where no flag overrides them.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -22,7 +22,7 @@ fn json(line: &str, vehicle: &str) -> Value {
     serde_json::from_slice(&hil_sim(&format!("{line} --json"), vehicle).stdout).expect("JSON")
 }
 
-/// A vehicle that cannot stand on every slope of the thesis's figures has an envelope all the same: on those it can.
+/// For a vehicle that cannot stand on every slope of the thesis's figures, the envelope covers the slopes on which it can.
 #[test]
 fn the_envelope_goes_as_far_as_the_vehicle_can_stand() {
     let small = concat!(env!("CARGO_MANIFEST_DIR"), "/../vehicles/small.toml");
@@ -49,7 +49,7 @@ fn the_envelope_goes_as_far_as_the_vehicle_can_stand() {
     );
 }
 
-/// The poles are those of the file's own gains, which flags override, and unstable ones are called so.
+/// The poles are those of the file's gains, which flags override, and the table calls unstable poles unstable.
 #[test]
 fn the_poles_are_those_of_the_files_gains() {
     let text = std::fs::read_to_string(REFERENCE).expect("reads");

@@ -27,7 +27,7 @@ proptest! {
     ) {
         let parameters = CameraParameters { lm, lr, mm, mr, zeta: 0.31, xi: 1.7 };
         let got = Camera::new(parameters).accelerations(&q, v, base);
-        // A base that accelerates is gravity plus the negative of its acceleration.
+        // An accelerating base acts as gravity less the acceleration of the base.
         let points = |x: &[Jet; 2]| spar([Jet::constant(0.0); 3], [1.0, lm, lr], [1.0, mm, mr], x[0], x[1]);
         let system = Multibody { points: &points, spins: &[], gravity: [-base[0], -1.0 - base[1], 0.0] };
         let want = system.accelerations(
@@ -64,7 +64,7 @@ proptest! {
         };
         let [place, rates]: [[f64; 4]; 2] = [std::array::from_fn(|i| q[i]), std::array::from_fn(|i| q[4 + i])];
         let tau = u - planar.zeta * (rates[0] + rates[1]);
-        // The damper's torque works on the bearing's relative turn: its dissipation function's gradient.
+        // The damper's torque acts on the bearing's relative turn. It is the gradient of the dissipation function.
         let turn = [[0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 1.0, 0.0], [1.0, 0.0, 1.0, 0.0]][which];
         let relative: f64 = (0..4).map(|i| turn[i] * rates[i]).sum();
         let motors = [tau, tau, 0.0, v - p.xi_c * rates[3]];
@@ -105,14 +105,14 @@ proptest! {
         for (coupled, alone) in [(a[2], b[0]), (a[3], b[1])] {
             prop_assert!((coupled * lp - alone).abs() < 1e-8 * (1.0 + alone.abs()), "{a:?} {b:?}");
         }
-        // The same law, asked in either unit.
+        // The same law, evaluated in either system of units.
         let gains = [-92.0, 6.8, -49.0, -6.5];
         let [g8, x7, x8] = [p.gains_in_vehicle_units(gains), [q[2], q[3], slow * q[6], slow * q[7]], [q[2], q[3], q[6], q[7]]];
         let dot = |g: [f64; 4], x: [f64; 4]| -> f64 { (0..4).map(|i| g[i] * x[i]).sum() };
         prop_assert!((dot(g8, x8) - kc * lp * dot(gains, x7)).abs() < 1e-11);
     }
 
-    /// Uphill seen in a mirror is downhill backwards.
+    /// In a mirror, a drive uphill is a backward drive downhill.
     #[test]
     fn the_coupled_vehicle_has_a_mirror_image(
         beta in -0.6..0.6_f64, nu in 0.0..0.2_f64, kc in 0.01..0.5_f64, q in prop::array::uniform8(-3.0..3.0_f64),

@@ -143,7 +143,7 @@ proptest! {
         }
     }
 
-    /// Seen in a mirror along the heading: right and left change places, everything across changes sign.
+    /// In a mirror along the heading, right and left change places, and every quantity across the heading changes its sign.
     #[test]
     fn left_and_right_are_mirror_images(
         p in parameters(), x in states(), u in prop::array::uniform2(-3.0..3.0_f64),
@@ -190,7 +190,7 @@ proptest! {
     }
 }
 
-/// As a plant with a fixed step in the vehicle's own arithmetic would run it.
+/// A plant with a fixed step in the vehicle's own arithmetic, f32.
 #[test]
 fn f32_follows_f64() {
     let planar = PlanarParameters {

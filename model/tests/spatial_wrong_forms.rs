@@ -1,5 +1,5 @@
-//! Two derivations of rolling that are wrong, how far they go astray, and that their energy balance does
-//! not give them away. They live here only, to show what the right equations are not.
+//! Two wrong derivations of rolling: how far their solutions go astray, and that their energy balance does not show it.
+//! Only these tests contain them.
 mod multibody;
 
 use model::dynamics::planar::PlanarParameters;
@@ -200,7 +200,7 @@ fn free_rolling_goes_elsewhere_and_conserves_energy_all_the_same() {
     assert_place(right(&p, [0.0, 0.0], ROLLING), [0.255, 4.239, 3.293], 5e-4);
 }
 
-/// The constraints put into T before Lagrange's equations: v, psi', phi and phi' on the level, undriven.
+/// The constraints inserted into T before Lagrange's equations: v, psi', phi and phi' on the level, undriven.
 fn substituted(p: &SpatialParameters<f64>, x: &[f64; 9]) -> [f64; 9] {
     let (sin, cos) = x[5].sin_cos();
     let al = p.alpha * p.l;
@@ -252,7 +252,7 @@ fn constraints_put_into_the_kinetic_energy_go_astray_and_conserve_energy_too() {
         (wrong[0] - good[0]).hypot(wrong[1] - good[1]) > 0.5,
         "{wrong:?} {good:?}"
     );
-    // The two terms it loses, and nothing else: +aL sin(phi) psi'^2 ahead, -aL sin(phi) v psi' in yaw.
+    // The wrong form loses these two terms, and nothing else: +aL sin(phi) psi'^2 ahead, -aL sin(phi) v psi' in yaw.
     let x = [0.0, 0.0, 0.4, 0.0, 0.0, 0.7, 1.1, 0.3, -0.5];
     let [v, psi_rate] = model.forward_and_yaw_rate(&x);
     let (al, (sin, cos)) = (p.alpha * p.l, x[5].sin_cos());

@@ -154,15 +154,15 @@ pub const CASE_FILES: &[CaseFile] = &[
                 ..as_it_stands(0.3)
             },
             Value {
-                replaced: &[("height_m=0.02", "height_m=0.03"), ("speed_m_s=0.3", "speed_m_s=0.8")],
-                ..as_it_stands(0.8)
+                replaced: &[("height_m=0.02", "height_m=0.015"), ("speed_m_s=0.3", "speed_m_s=1.0")],
+                ..as_it_stands(1.0)
             },
             Value {
                 replaced: &[
-                    ("at_m=2.0,height_m=0.02", "at_m=-2.0,height_m=-0.008"),
-                    ("speed_m_s=0.3", "speed_m_s=-0.5"),
+                    ("at_m=2.0,height_m=0.02", "at_m=-2.0,height_m=-0.01"),
+                    ("speed_m_s=0.3", "speed_m_s=-0.8"),
                 ],
-                ..as_it_stands(-0.5)
+                ..as_it_stands(-0.8)
             },
         ],
         shorter: &[("duration_s=40.0", "duration_s=18.0")],
@@ -171,8 +171,10 @@ pub const CASE_FILES: &[CaseFile] = &[
             let excess_m_s = speeds.fold(0.0, f64::max) - value.speed_m_s.abs();
             let came_m = outcome.trace.rows.iter().map(|row| row.truth.x_m.abs());
             let came_m = came_m.fold(0.0, f64::max);
+            // At 0.3 m/s the kerb stops the vehicle. Its wheels touch the file's kerb with the axle at 1.902 m.
+            let least_m = if value.speed_m_s.abs() > 0.3 { 2.0 } else { 1.9 };
             unless(excess_m_s <= 0.5, "too fast by, m/s", excess_m_s)
-                .or_else(|| unless(came_m > 1.75, "comes to the kerb, m", came_m))
+                .or_else(|| unless(came_m > least_m, "comes to the kerb or over it, m", came_m))
                 .or_else(|| undisturbed(outcome))
         },
     },

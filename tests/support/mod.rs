@@ -194,6 +194,14 @@ impl Bench {
         self.board.status().expect("the board runs").mode
     }
 
+    /// Presses the emergency stop: both of its contacts open, and the hardware break opens the bridges.
+    pub fn press_emergency_stop(&mut self) {
+        self.board.world(|world| {
+            world.emergency_stop = true;
+            world.trip();
+        });
+    }
+
     /// Lets a sensor fail, or work again.
     pub fn set_fault(&mut self, sensor: Sensor, fault: SensorFault) {
         self.board.world(|world| {

@@ -77,7 +77,11 @@ pub const SHORT_CASES: &[ShortCase] = &[
             step = [{ at_s = 1.0, action = "arm" }, { at_s = 1.2, action = "drive", speed_m_s = 0.4 }]"#,
         wrong: |outcome| {
             let (fastest, x_m) = (fastest(outcome, 0.0), last(outcome).truth.x_m);
-            unless(fastest <= 0.9 && x_m > 0.25, "speed and place", (fastest, x_m)).or_else(|| sound(outcome))
+            let came_m = outcome.trace.rows.iter().map(|row| row.truth.x_m);
+            let came_m = came_m.fold(0.0, f64::max);
+            // The kerb stops the vehicle. Its wheels touch the kerb's edge with the axle at 0.3147 m.
+            let right = fastest <= 0.9 && came_m > 0.313 && x_m > 0.25;
+            unless(right, "speed and places", (fastest, came_m, x_m)).or_else(|| sound(outcome))
         },
     },
     ShortCase {

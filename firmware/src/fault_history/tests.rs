@@ -1,4 +1,4 @@
-//! The faults in a flash that loses power, corrupts words, and refuses what a real NOR flash refuses.
+//! The fault history on a flash that loses power, corrupts words, and refuses what a real NOR flash refuses.
 
 use std::vec::Vec;
 
@@ -39,7 +39,7 @@ fn stored(flash: TestFlash, number: u32) -> TestFlash {
     store.flash
 }
 
-/// A flash to which so many faults were stored in one boot.
+/// A flash to which `count` faults were stored in one boot.
 fn history(count: u32) -> TestFlash {
     let mut store = store(TestFlash::new());
     for number in 0..count {
@@ -48,7 +48,7 @@ fn history(count: u32) -> TestFlash {
     store.flash
 }
 
-/// The last faults of so many.
+/// The faults that the store keeps of `count`: the last ones.
 fn last_of(count: u32) -> Vec<FaultEntry> {
     (count.saturating_sub(FAULTS_KEPT as u32)..count).map(entry).collect()
 }
@@ -68,7 +68,7 @@ fn the_last_faults_come_back_in_order() {
 fn a_power_cut_at_any_step_loses_no_fault_but_the_one_being_written() {
     let mut cuts = 0;
     for damage_on_cut in [true, false] {
-        // At the start, in a sector, from sector to sector, and from the last one to the first.
+        // At the start, within a sector, from sector to sector, and from the last sector to the first.
         for before in [0, 1, 40, SECTOR - 1, SECTOR, SECTOR + 1, 2 * SECTOR, 3 * SECTOR] {
             for power in 0.. {
                 let mut flash = history(before);
@@ -105,7 +105,7 @@ fn a_power_cut_at_any_step_loses_no_fault_but_the_one_being_written() {
 fn a_word_that_does_not_take_a_fault_is_left_behind() {
     for before in [0, 7, SECTOR - 2] {
         let mut flash = history(before);
-        // One that cannot be read, and one that reads as erased and does not take what is written.
+        // One word that cannot be read, and one that reads as erased and takes no write.
         flash.damaged[before as usize] = true;
         flash.worn.push(before as usize + 1);
         let found = load(&stored(flash, before));
@@ -133,7 +133,7 @@ fn a_flash_that_is_too_small_is_given_back() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// Random contents and unreadable words give no fault and never panic, and the next faults are kept.
+    /// From random contents and unreadable words the store loads no fault and never panics, and it keeps the next faults.
     #[test]
     fn a_flash_full_of_anything_takes_the_next_fault(
         seed in proptest::collection::vec(any::<u8>(), 64),
@@ -151,7 +151,7 @@ proptest! {
         prop_assert_eq!(load(&flash), [entry(0), entry(1)]);
     }
 
-    /// Unreadable words and flipped bits take the faults that they hit, and no other.
+    /// Unreadable words and flipped bits destroy the faults that they hit, and no others.
     #[test]
     fn damage_takes_what_it_hits(
         count in 1_u32..3 * SECTOR,

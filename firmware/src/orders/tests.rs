@@ -1,4 +1,4 @@
-//! Which of the orders of one tick counts, and the answer to each.
+//! Which of a tick's orders takes effect, and the answer to each.
 
 use std::boxed::Box;
 use std::vec::Vec;
@@ -50,7 +50,7 @@ fn a_disarm_comes_first_and_takes_an_arm_with_it() {
         answers,
         [(id(3), Answer::Done), (id(1), Answer::Refused(Refusal::Disarmed)),]
     );
-    // The other request has its turn in the next tick, and there is nothing after it.
+    // The next tick takes the other request, and the tick after that finds none.
     let (request, answers) = tick(&topics, Mode::Disarmed, &status);
     assert_eq!(
         (request, answers),
@@ -104,7 +104,7 @@ fn an_order_to_arm_is_told_what_became_of_it() {
     }
 }
 
-/// Answers that find no room, and those of a Disarm that another one replaces, count in the status.
+/// The status counts answers that find no room, and the answer to a Disarm that another Disarm replaces.
 #[test]
 fn every_answer_that_is_dropped_counts() {
     let topics = topics();
@@ -114,7 +114,7 @@ fn every_answer_that_is_dropped_counts() {
         Orders::take(&topics, Mode::Disarmed).answer(&topics, &in_mode(Mode::Disarmed));
     }
     assert_eq!(topics.link_counters().dropped_answers, 3);
-    // With those of the receiving task.
+    // The sum includes the count of the receiving task.
     let link = LinkCounters {
         dropped_answers: 10,
         ..LinkCounters::default()

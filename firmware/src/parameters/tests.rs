@@ -1,4 +1,4 @@
-//! The stored parameters on a flash that loses power, corrupts words, and refuses what a real NOR flash refuses.
+//! The parameter store on a flash that loses power, corrupts words, and refuses what a real NOR flash refuses.
 
 use core::future::Future;
 use core::pin::pin;
@@ -46,7 +46,7 @@ fn load(flash: TestFlash) -> Booted {
     now(store(flash).load(&built_in()))
 }
 
-/// What a boot from a flash that holds this gain gives.
+/// The result of a boot from a flash that holds this gain.
 fn booted(kp: f32) -> Booted {
     Booted {
         vehicle: vehicle(kp),

@@ -1,4 +1,4 @@
-//! Updates on a flash that loses power: whatever is cut, a whole image is booted, and in the end the old one or the new one.
+//! Updates on a flash that loses power: whatever is cut, the loader boots a whole image, the old one or the new one.
 
 use embassy_futures::block_on;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
@@ -20,7 +20,7 @@ use crate::test_flash::{FLASH_WORD, PAGE, TestFlash};
 mod marks;
 mod unwanted;
 
-/// Pages of a place, and where the three places begin. Behind them lies a page of the stores.
+/// Pages of a place, and the first pages of the three places. Behind them lies a page of the stores.
 const PLACE_PAGES: usize = 2;
 const RUNNING: usize = 0;
 const ARRIVED: usize = PLACE_PAGES;
@@ -37,7 +37,7 @@ fn place(flash: &Shared, first: usize) -> Region<'_> {
     FlashRegion::new(flash, first, PLACE_PAGES)
 }
 
-/// A sealed image of these bytes' kind: `fill` distinguishes one image from another.
+/// A sealed image of this length; `fill` distinguishes one image from another.
 fn sealed(fill: u8, length: usize) -> (Image, Vec<u8>) {
     starting([STACK_END, IMAGE_START + 0x441], fill, length)
 }
@@ -106,7 +106,7 @@ fn transfer(flash: &Shared, image: Image, bytes: &[u8]) -> Result<(), UpdateRefu
     block_on(store.order(&image))
 }
 
-/// A board that has the order to install the new image.
+/// The flash of a board with the order to install the new image.
 fn ordered() -> TestFlash {
     let flash = Shared::new(board());
     let (image, bytes) = new();
@@ -114,7 +114,7 @@ fn ordered() -> TestFlash {
     flash.into_inner()
 }
 
-/// One boot; the flash as it leaves it.
+/// One boot, and the flash as the boot leaves it.
 fn boot(flash: TestFlash) -> (Boot, TestFlash) {
     let shared = Shared::new(flash);
     let booted = block_on(prepare(&mut Places {
@@ -125,12 +125,12 @@ fn boot(flash: TestFlash) -> (Boot, TestFlash) {
     let flash = shared.into_inner();
     assert!(
         flash.bytes[STORES * PAGE..].iter().all(|byte| *byte == 0x5A),
-        "the stores"
+        "the boot changes the stores"
     );
     (booted, flash)
 }
 
-/// What stands in a place, whole.
+/// The whole image in a place, if there is one.
 fn whole(flash: &TestFlash, first: usize) -> Option<Image> {
     let shared = Shared::new(flash.clone());
     let mut place = place(&shared, first);
@@ -172,15 +172,18 @@ fn an_image_that_does_not_confirm_itself_is_rolled_back_once() {
     let before = shared.into_inner();
     let (booted, after) = boot(before.clone());
     assert_eq!(booted, Boot::Image);
-    assert!(after.bytes == before.bytes, "nothing is written any more");
-    // And the same image can be tried again.
+    assert!(
+        after.bytes == before.bytes,
+        "a boot after the roll-back writes to the flash"
+    );
+    // The same image can be tried again.
     let shared = Shared::new(after);
     assert_eq!(transfer(&shared, new().0, &new().1), Ok(()));
     assert_eq!(boot(shared.into_inner()).0, Boot::Trial);
 }
 
-/// Power is cut at every word and every page of the installation and of the roll-back, and at the one after it again: the
-/// next boots make it good.
+/// Power is cut at every word and every page of the installation and of the roll-back, and once more in the next boot. The boots
+/// after that recover.
 #[test]
 fn power_cuts_while_an_image_is_installed_or_rolled_back() {
     let tried = boot(ordered()).1;
@@ -194,7 +197,7 @@ fn power_cuts_while_an_image_is_installed_or_rolled_back() {
                 break;
             }
             flash.revive();
-            // A second cut, further on in what the first one left.
+            // A second cut, in the boot that continues after the first.
             flash.power = cuts / 2;
             let mut flash = boot(flash).1;
             flash.revive();
@@ -208,7 +211,7 @@ fn power_cuts_while_an_image_is_installed_or_rolled_back() {
             let running = whole(&flash, RUNNING);
             assert_ne!(booted, Boot::Nothing, "after {cuts}");
             assert!(running == Some(old().0) || running == Some(new().0), "after {cuts}");
-            // A trial that was cut may already be over; what was given up stays so.
+            // A trial that was cut may already be over. A roll-back never ends in the new image.
             let settled = running == Some(end) || running == Some(old().0);
             assert!(settled, "after {cuts}");
             cuts += 1;
@@ -217,7 +220,7 @@ fn power_cuts_while_an_image_is_installed_or_rolled_back() {
     }
 }
 
-/// A cut of the installation alone ends in the new image.
+/// After a cut of the installation the next boot completes the installation.
 #[test]
 fn an_installation_that_is_cut_goes_on() {
     let mut installed = 0;
@@ -261,12 +264,12 @@ fn power_cuts_while_an_image_is_stored_leave_the_old_one() {
     panic!("no transfer came to its end");
 }
 
-/// Whatever stands in the journal, a whole image is booted: nothing, zeros, noise, words that cannot be read.
+/// Whatever the journal contains (nothing, zeros, noise, unreadable words), the loader boots a whole image.
 #[test]
 fn a_corrupt_journal_never_bricks() {
     let journal = (ARRIVED + PLACE_PAGES) * PAGE - JOURNAL_BYTES as usize..(ARRIVED + PLACE_PAGES) * PAGE;
     let tried = boot(ordered()).1;
-    // While the new image is being installed only the kept one is whole.
+    // During the installation of the new image only the kept image is whole.
     let mut half = tried.clone();
     half.bytes[..PAGE].fill(0);
     for start in [ordered(), tried, half] {
@@ -308,7 +311,7 @@ fn an_unsealed_image_is_never_booted() {
     let mut flash = board();
     flash.bytes[SEAL_AT + NUMBERS_AT..][..NUMBERS_BYTES].fill(ERASED);
     assert_eq!(boot(flash).0, Boot::Nothing);
-    // One that is kept takes the place of one that is damaged.
+    // The kept image replaces a damaged image.
     let mut flash = confirm(boot(ordered()).1);
     flash.bytes[5] ^= 1;
     flash.bytes[ARRIVED * PAGE + 5] ^= 1;
@@ -377,7 +380,15 @@ fn pieces_come_in_order_and_a_transfer_goes_on_where_it_stood() {
         Err(UpdateRefusal::NotBegun),
         "pieces are missing"
     );
-    assert_eq!(block_on(store.begin(image)), Ok(next), "the same image goes on");
+    assert_eq!(
+        block_on(store.begin(image)),
+        Ok(next),
+        "the transfer of the same image does not resume"
+    );
     let other = old().0;
-    assert_eq!(block_on(store.begin(other)), Ok(0), "another one begins");
+    assert_eq!(
+        block_on(store.begin(other)),
+        Ok(0),
+        "the transfer of another image does not begin anew"
+    );
 }

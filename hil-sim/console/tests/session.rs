@@ -1,4 +1,4 @@
-//! A session as the page has it, without the page: a simulated board, an operator's link, bytes between them.
+//! A session of the page, without the page: a simulated board, an operator's link, and the bytes between them.
 
 use model::command::Request;
 use serde_json::Value;
@@ -8,12 +8,12 @@ use vehicle_console::recording::mcap;
 use vehicle_console::replay::PageReplay;
 use vehicle_console::simulation::{PageWorld, Simulation};
 
-/// Board and operator, 10 ms at a time.
+/// Board and operator, which exchange bytes every 10 ms.
 struct Session {
     board: Simulation,
     link: OperatorLink,
     now_us: u64,
-    /// What the operator commands; silent if none.
+    /// The commanded speed, m/s; the operator is silent without one.
     command: Option<f32>,
     told: Vec<String>,
     status: Value,
@@ -110,7 +110,7 @@ fn parameters_are_read_changed_and_compared() {
     assert_eq!(set.value(number), Some(0.3));
     assert_eq!(differences(&set, &before), Ok(vec![(number, 0.2)]));
     assert!(differences(&set, "nonsense").is_err());
-    // Armed, the board refuses, and the page says so.
+    // While armed the board refuses, and the page reports that.
     session.arm();
     session.link.change(&[(number, 0.2)]);
     session.run(2.0);
@@ -142,7 +142,7 @@ fn a_recording_drives_again_bit_for_bit_and_a_spoilt_one_says_where_it_differs()
     assert!(same["ticks"][0].as_u64().expect("a number") > 3500, "{}", same["ticks"]);
     assert_eq!(same["differs"], Value::Null);
     assert_eq!(same["lost_blocks"], 0);
-    // Other gains drive otherwise, and the replay says from where on.
+    // With other gains the replay differs, and reports the first tick that does.
     let other = vehicle_file::REFERENCE.replace("comfort_s = 0.2", "comfort_s = 0.4");
     assert!(
         replay(&other)["differs"]
@@ -153,7 +153,7 @@ fn a_recording_drives_again_bit_for_bit_and_a_spoilt_one_says_where_it_differs()
     assert!(PageReplay::open(b"no records", "").is_err());
 }
 
-/// The same session as MCAP: what `link record` would have written, with the log from the boot on, and it replays.
+/// The session as an MCAP file, as `link record` would have written it: it has the log from the boot on, and it replays.
 #[test]
 fn a_recording_becomes_an_mcap_file_with_its_log() {
     let mut session = Session::new();
@@ -176,7 +176,7 @@ fn a_recording_becomes_an_mcap_file_with_its_log() {
         bytes as f64 / ticks as f64,
         file.len() as f64 / ticks as f64
     );
-    assert!(session.link.take_recording().is_empty(), "it is taken");
+    assert!(session.link.take_recording().is_empty(), "the recording is still there");
 
     let messages: Vec<mcap::Message<'_>> = mcap::MessageStream::new(&file)
         .expect("MCAP")
@@ -204,7 +204,7 @@ fn a_recording_becomes_an_mcap_file_with_its_log() {
     assert_eq!(read.records().count() as u64, ticks);
     let vehicle = read.boots[0].vehicle.expect("it tells").parameters().cast::<f32>();
     assert_eq!(Some(&vehicle), session.link.parameters());
-    // The page replays it with its own vehicle, whatever set it is given.
+    // The page replays the file with the file's own vehicle, whatever vehicle it is given.
     let other = vehicle_file::REFERENCE.replace("comfort_s = 0.2", "comfort_s = 0.4");
     let mut replay = PageReplay::open(&file, &other).expect("records");
     let replayed = serde_json::to_value(replay.step(usize::MAX)).expect("JSON");
@@ -212,7 +212,7 @@ fn a_recording_becomes_an_mcap_file_with_its_log() {
     assert_eq!(replayed["ticks"][0].as_u64(), Some(ticks));
 }
 
-/// A board that loses its supply while it is recorded boots anew, and the recording goes on with its first tick.
+/// A board that loses its supply while it is recorded boots again, and the recording continues with the new boot's first tick.
 #[test]
 fn a_recording_goes_on_when_the_board_has_booted() {
     let mut session = Session::new();
@@ -241,7 +241,7 @@ fn a_recording_goes_on_when_the_board_has_booted() {
         .position(|pair| pair[1] != pair[0] + 1)
         .expect("two boots")
         + 1;
-    // 2 s of the first boot, but for its last block, which died with the board; from the first tick of the second one.
+    // 2 s of the first boot except its last block, which the board lost with its supply; then the second boot from its first tick.
     assert!((1900..=2001).contains(&again), "{again}");
     assert!(
         ticks[0] == 1 && ticks[again] == 1 && ticks.len() - again > 2500,

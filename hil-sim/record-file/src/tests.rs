@@ -1,3 +1,5 @@
+//! Files of records: whole, cut off, spoilt, and over several boots.
+
 use std::path::Path;
 
 use firmware::events::{Event, Line, LogBlock};
@@ -89,7 +91,7 @@ fn a_cut_mcap_file_is_read_as_far_as_it_goes() {
     assert_eq!(
         whole.vehicles.iter().map(|told| &told.what).collect::<Vec<_>>(),
         [&vehicle_file::to_toml(vehicle().parameters())],
-        "the vehicle goes with the records"
+        "the file lacks the vehicle"
     );
     assert_eq!(
         whole.log.iter().map(|told| told.what.clone()).collect::<Vec<_>>(),
@@ -120,7 +122,7 @@ fn a_cut_mcap_file_is_read_as_far_as_it_goes() {
     }
 }
 
-/// With any byte changed, reading ends, and the reader returns only what was recorded.
+/// With any byte changed, reading ends, and the reader returns only records that were written.
 #[test]
 fn a_spoilt_mcap_file_ends_and_invents_nothing() {
     let (records, bytes) = file(RecordFormat::Mcap);

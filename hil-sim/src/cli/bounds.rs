@@ -70,7 +70,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
 fn suggestion(spreads: &Spreads) -> String {
     let mut text = format!(
         "# Seen over seeds {} to {}, rounded outward to two digits. A bound is what a user would accept:\n\
-         # replace each by what the vehicle is asked for, and say why.\n[metrics]\n",
+         # replace each with the value that the vehicle must reach, and say why.\n[metrics]\n",
         spreads.seeds[0], spreads.seeds[1]
     );
     for spread in &spreads.metrics {

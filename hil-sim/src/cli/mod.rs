@@ -172,7 +172,7 @@ mod tests {
         for (name, command) in all {
             let examples = examples(command);
             for line in examples.iter().flat_map(|line| line.split(" && ")) {
-                // A shell takes quotes away, and what stands behind a redirection.
+                // A shell removes quotes, and takes a redirection and its file out of the arguments.
                 let line = line.split(" > ").next().unwrap_or_default().replace(['\'', '"'], "");
                 let parsed = Arguments::command().try_get_matches_from(line.split_whitespace());
                 assert!(
@@ -184,8 +184,8 @@ mod tests {
         }
     }
 
-    /// No flag of any command takes what is no number; those of `link` are checked with their ranges, before the port is
-    /// opened.
+    /// No numeric flag of any command accepts a value that is no number. The test leaves out `link`, which checks its flags and
+    /// their ranges before it opens the port.
     #[test]
     fn every_flag_for_a_number_refuses_what_is_none() {
         let root = Arguments::command();

@@ -1,4 +1,4 @@
-//! The analysis commands run from outside, with a vehicle file or without.
+//! The analysis commands, run from outside with or without a vehicle file.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -18,7 +18,7 @@ pub fn hil_sim(line: &str, vehicle: Option<&str>) -> Output {
     command.output().unwrap()
 }
 
-/// What a run that must succeed prints with `--json`.
+/// The object that a successful run prints with `--json`.
 pub fn json(line: &str, vehicle: Option<&str>) -> Value {
     let output = hil_sim(&format!("{line} --json"), vehicle);
     let message = String::from_utf8_lossy(&output.stderr);

@@ -1,5 +1,5 @@
-//! Whatever parameters are typed, a search or a run ends: its integration steps are counted, and when they are spent it says
-//! so. Here with small budgets, so that the extremes of every parameter take moments; the commands' own are in the sources.
+//! Whatever parameters the user types, every search and every run ends: it has a budget of integration steps, and reports when it
+//! has spent them. The budgets here are small, so that the extremes of every parameter take little time.
 
 use model::control::speed_law::SpeedLaw;
 use model::dynamics::planar::PlanarParameters;
@@ -84,7 +84,10 @@ fn a_search_for_a_limit_makes_no_more_steps_than_its_budget() {
             }
         }
     }
-    assert!(ended.iter().all(|times| *times > 20), "both ends are met: {ended:?}");
+    assert!(
+        ended.iter().all(|times| *times > 20),
+        "one of the two ends hardly occurs: {ended:?}"
+    );
 }
 
 #[test]
@@ -97,15 +100,15 @@ fn a_run_makes_no_more_steps_than_its_budget() {
             let run = simulate_within(&budget, &p, &Input::voltage_step(&p, u), start, 1e5, 1e4);
             if budget.spent() == STEPS {
                 spent += 1;
-                assert!(run.is_err(), "{name}, {u}: a run that is not at its end is none");
+                assert!(run.is_err(), "{name}, {u}: a run that is not complete passes for one");
             }
         }
     }
     assert!(spent > 20, "{spent}");
 }
 
-/// Each point of an envelope has its budget and all have one together. The sum decides, not the order in which the cores come
-/// to it.
+/// Each point of an envelope has a budget, and all points share one. The shared budget depends on the sum of the points' steps, not
+/// on the order in which the cores compute them.
 #[test]
 fn an_envelope_ends_with_its_points_or_with_their_sum() {
     let p = PlanarParameters::thesis();
@@ -127,7 +130,7 @@ fn an_envelope_ends_with_its_points_or_with_their_sum() {
         matches!(found, Err(NoEnvelope::NoLimit(NoLimit::TooLong { steps: STEPS, .. }))),
         "{found:?}"
     );
-    // The least sum that is enough, found by halving: below it there is never an envelope, from it on always the same.
+    // Bisects for the smallest shared budget that suffices: below it there is no envelope, and from it on always the same.
     let (mut little, mut enough) = (10_000, 100_000);
     while enough - little > 1_000 {
         let middle = u64::midpoint(little, enough);
@@ -151,13 +154,13 @@ fn an_envelope_ends_with_its_points_or_with_their_sum() {
     assert!((20_000..90_000).contains(&enough), "{enough}");
 }
 
-/// Where the responses' steps are spent, there is no slip limit: what is left of the search would make one up.
+/// If the responses have spent their steps, there is no slip limit: the rest of the search would give a wrong one.
 #[test]
 fn a_slip_limit_is_whole_or_none() {
     let thesis = PlanarParameters::thesis();
     let mu_s = 0.5;
     let whole = slip_limit(&thesis, mu_s).expect("a limit");
-    // Spent on the walk to the whirl limit, on the peak, on the crossing.
+    // The steps are spent on the way to the whirl limit, at the peak, and at the crossing.
     for allowed in [10_000, 45_000, 60_000] {
         let found = slip_limit_within(allowed, &thesis, mu_s);
         assert!(found.is_err(), "{allowed}: {found:?}");

@@ -26,8 +26,8 @@ fn compared(theta_rate: f32, beta: f32, count: usize) -> Comparison {
     compare(&limits, law.barrier(), law.planned_mu(), 1.4, count)
 }
 
-/// From every state in which a whirl can be avoided the barrier avoids it, whatever is commanded: 99.5 % are asked for.
-/// A grid twice as fine finds the same shares.
+/// From at least 99.5 % of the states in which a whirl can be avoided, the barrier avoids it, whatever is commanded. A grid twice as
+/// fine gives the same shares.
 #[test]
 fn the_flown_barrier_avoids_every_avoidable_whirl() {
     let mut least = f64::INFINITY;
@@ -47,7 +47,7 @@ fn the_flown_barrier_avoids_every_avoidable_whirl() {
         for found in [&coarse, &fine] {
             least = least.min(found.avoided_share);
             assert!(found.avoided_share >= 0.995, "{}", found.avoided_share);
-            // There are states beyond help, and the kernel within grip is smaller.
+            // From some states no law can avoid a whirl, and the kernel within grip is smaller.
             assert!(found.avoidable_share < 1.0 && found.viable_share < found.avoidable_share);
         }
         for (one, other) in [

@@ -1,5 +1,5 @@
-//! The landing law on the sampled planar vehicle: the thesis's step, plants of +-20 %, random drives. What docs/control.md
-//! says of them is what they find.
+//! The landing law on the sampled planar vehicle: the thesis's step, plants of +-20 %, and random drives. docs/control.md quotes the
+//! results.
 
 use theory::analysis::law_search::{FAR_RAD, LawSearch, SETTLING_MAX, SearchTotals};
 use theory::analysis::law_step::{LawStep, step};
@@ -31,7 +31,7 @@ fn thesis_step(law: SearchedLaw) -> LawStep {
     step(&drive, 1, 0.0, 1.0)
 }
 
-/// What optimal control by collocation takes for that step within the friction coefficient 0.6, in time units.
+/// Time that optimal control by collocation takes for that step within the friction coefficient 0.6, in time units.
 const OPTIMUM: f64 = 1.63;
 
 #[test]
@@ -112,7 +112,7 @@ fn random_drives_do_not_whirl() {
     assert!(found.sliding <= 0.01, "{}", found.sliding);
 }
 
-/// The same drives under Eq. 3.25 whirl, most of them; of those that chance spares an optimiser makes most whirl.
+/// Under Eq. 3.25 most of the same drives whirl, and an optimiser makes most of the others whirl.
 #[test]
 fn under_eq_3_25_most_drives_whirl() {
     let vehicle = searched(SearchedLaw::Eq325);

@@ -1,4 +1,4 @@
-//! The best step found, against what was found by optimal control elsewhere and against what no control can beat.
+//! The best step that the search finds, against a result of optimal control and against a bound that no control can beat.
 
 use plant::noise::Noise;
 use theory::analysis::optimum::StepTask;
@@ -21,13 +21,13 @@ fn task(grip_mu: f64) -> StepTask {
 }
 
 /// Direct collocation (casadi, Ipopt; the band of 2 % held at its nodes) found 2.15 and 1.63 time units for the thesis's
-/// step with the friction coefficients 0.45 and 0.6. This search is another method, holds the band everywhere, and comes
-/// as far to a tenth. Nothing it finds is faster, and everything it finds keeps to the limits.
+/// step with the friction coefficients 0.45 and 0.6. This search is another method, holds the band everywhere, and comes within a
+/// tenth of these times. Its result is not faster, and keeps within the limits.
 #[test]
 fn the_best_step_found_is_the_one_that_optimal_control_finds() {
     for (grip_mu, known) in [(0.45, 2.15), (0.6, 1.63)] {
         let mut noise = Noise::new(1, 0);
-        let found = task(grip_mu).best(|| noise.normal()).expect("it stands there");
+        let found = task(grip_mu).best(|| noise.normal()).expect("an equilibrium");
         let time = found.settling.time.expect("it settles");
         println!("mu {grip_mu}: {time:.3}, known {known}; {:?}", found.settling);
         assert!(time > 0.98 * known && time < 1.10 * known, "mu {grip_mu}: {time}");
@@ -41,7 +41,7 @@ fn the_best_step_found_is_the_one_that_optimal_control_finds() {
     }
 }
 
-/// Momentum alone bounds the step that ends at rest: 1.958 time units for the thesis's.
+/// Momentum alone bounds the time of a step that ends at rest: 1.958 time units for the thesis's step.
 #[test]
 fn the_least_time_to_rest_is_that_of_the_momentum() {
     assert!((task(0.6).time_to_rest() - 1.958).abs() < 1e-3);

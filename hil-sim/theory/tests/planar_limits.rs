@@ -254,7 +254,7 @@ fn rate(p: &PlanarParameters<f64>, x: [f64; 3], u: f64) -> [f64; 3] {
     [arm, (e * d - b * f) / determinant, (a * f - b * e) / determinant]
 }
 
-/// Whether the arm ends in another well than it started in, after 120 time units of RK4.
+/// Whether the arm leaves the well in which it started within 120 time units of RK4.
 fn leaves(p: &PlanarParameters<f64>, start: [f64; 3], u: impl Fn(f64, [f64; 3]) -> f64) -> bool {
     let (mut x, h) = (start, 4e-3);
     let add = |x: [f64; 3], k: [f64; 3], h: f64| [x[0] + h * k[0], x[1] + h * k[1], x[2] + h * k[2]];
@@ -289,7 +289,7 @@ fn first_failure(leaves: impl Fn(f64) -> bool, from: f64, to: f64) -> f64 {
     high
 }
 
-/// The manifold's crossing against a bisection of full simulations that share no code with the search.
+/// The crossing of the manifold agrees with a bisection of full simulations that share no code with the search.
 #[test]
 fn bisection_on_full_simulations_agrees() {
     let slender = PlanarParameters {

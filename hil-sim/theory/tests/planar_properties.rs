@@ -83,7 +83,7 @@ proptest! {
         prop_assert!((f.normal - g.normal).abs() < 1e-12 * (1.0 + f.normal.abs()));
     }
 
-    /// The vehicle's f32 against f64: one evaluation, and some driving with equal steps.
+    /// Arithmetic in f32, as on the vehicle, against f64: one evaluation, and a drive with equal steps.
     #[test]
     fn f32_follows_f64(p in vehicles(), start in states(), u in -4.0_f64..4.0) {
         // Exactly representable in f32, so that only the arithmetic differs.
@@ -105,8 +105,8 @@ proptest! {
         prop_assert!(spread < 5e-3, "{a:?} {b:?}");
     }
 
-    /// (3.21) from the Routh determinant `a2 a1 - a3 a0`, whose closed form is never negative but zero where its bracket
-    /// vanishes (erratum E7), and from its own roots.
+    /// (3.21) by the Routh determinant `a2 a1 - a3 a0`, whose closed form is never negative and is zero where its bracket vanishes
+    /// (erratum E7), and by the roots.
     #[test]
     fn the_open_loop_is_stable_but_for_one_exception(p in vehicles()) {
         let p = PlanarParameters { nu: 0.0, zeta: p.zeta + 0.05, ..p };
@@ -124,7 +124,7 @@ proptest! {
         prop_assert_eq!(unstable, 1);
     }
 
-    /// What a run reports between its samples does not depend on the samples.
+    /// The extremes that a run reports do not depend on its samples.
     #[test]
     fn extremes_do_not_depend_on_sampling(p in vehicles(), u in 0.1_f64..3.0) {
         let p = PlanarParameters { zeta: p.zeta + 0.3, ..p };

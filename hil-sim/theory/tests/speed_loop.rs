@@ -119,7 +119,7 @@ fn overshoot_and_settling() {
     assert!(!open.whirled);
 }
 
-/// Full reversals of the supply: whirl above 2.8114 open loop, above 7.04 closed loop.
+/// A full reversal of the supply in open loop: the arm whirls above 2.8114.
 #[test]
 fn reversals() {
     let p = thesis(0.0873);
@@ -132,7 +132,7 @@ fn reversals() {
     assert!(!whirls_open(2.8113) && whirls_open(2.8115));
 }
 
-/// What the sampled loop adds to the continuous one.
+/// The sampled loop's differences from the continuous loop.
 #[derive(Clone, Copy)]
 struct Sampled {
     period: f64,
@@ -217,6 +217,6 @@ fn f32_follows_f64_over_a_minute() {
         let u = input.voltage(k as f64 * h, &x);
         x = integrate(|_, x| planar.rate(x, u), 0.0, x, h, 1e-12).unwrap();
     }
-    assert!(x[0] > 300.0, "it drove: {x:?}");
+    assert!(x[0] > 300.0, "the vehicle hardly drives: {x:?}");
     assert!(worst.iter().all(|w| *w < 1e-3), "{worst:?}");
 }

@@ -192,9 +192,9 @@ mod tests {
     use super::*;
     use crate::vehicle::test_vehicle::reference;
 
-    /// A level spar on an axle that turns on a plane of the steepness `steep`, in the units of ch. 7: at the time t it faces
-    /// `facing + yaw t + turn t^2 / 2` away from uphill, its ballast at `angle + swing t^2 / 2`. Its points are told in axes of the
-    /// plane that stand still: uphill, to the left of it, normal.
+    /// A level spar on an axle that turns on a plane of the steepness `steep`, in the units of ch. 7. At the time t it faces
+    /// `facing + yaw t + turn t^2 / 2` away from uphill, and its ballast is at `angle + swing t^2 / 2`. The coordinates of its
+    /// points are along the plane's fixed axes: uphill, to the left of uphill, normal.
     struct Level {
         steep: f64,
         facing: f64,
@@ -205,14 +205,14 @@ mod tests {
     }
 
     impl Level {
-        /// The directions in which the vehicle faces, and of the vertical within the plane of its wheels, at `t`.
+        /// The direction in which the vehicle faces, and the direction of the vertical in the plane of its wheels, at `t`.
         fn axes(&self, t: f64) -> ([f64; 2], [f64; 2]) {
             let heading = self.facing + self.yaw * t + 0.5 * self.turn * t * t;
             let (along, normal) = (self.steep.sin() * heading.cos(), self.steep.cos());
             let length = along.hypot(normal);
             (
                 [heading.cos(), heading.sin()],
-                // Of a spar whose lower end points down, along the heading and along the plane's normal.
+                // Components of the spar, whose lower end points down: along the heading, and along the plane's normal.
                 [-along / length, -normal / length],
             )
         }
@@ -231,7 +231,7 @@ mod tests {
             ]
         }
 
-        /// The torque about the axle's direction, at the pivot `from`, of what weight and inertia do to `mass` at the point.
+        /// The torque about the axle's direction, at the pivot `from`, of the weight and the inertia of `mass` at the point.
         fn torque(&self, mass: f64, (along, beyond): (f64, f64), from: f64) -> f64 {
             let h = 1e-3;
             let at = |t| self.point(t, along, beyond);
@@ -248,9 +248,9 @@ mod tests {
         }
     }
 
-    /// The oracle: three points of mass in space, carried about by a turn on a plane, their accelerations differentiated
-    /// numerically. As the plan swings the ballast, nothing is left that would tilt the spar, and what it asks of the motor is
-    /// what holds the ballast.
+    /// The oracle: a turn on a plane carries three point masses through space, and the test differentiates their positions
+    /// numerically. With the ballast's acceleration by the plan, no torque tilts the spar, and the plan's voltage is the torque
+    /// that holds the ballast.
     #[test]
     fn a_turn_on_a_slope_leaves_the_spar_level() {
         let mut parameters = *reference().parameters();
@@ -295,8 +295,9 @@ mod tests {
             let tilts = level.torque(1.0, (-1.0, 0.0), 0.0) + level.torque(mm, (lm, 0.0), 0.0) + ballast;
             let holds = -level.torque(mr, (lm, lr), lm);
             let story = (steep_deg, facing_deg, yaw_rad_s, yaw_rad_s2);
-            // The plan takes what is linear in the axle's roll. To be level is meant in the plane of the wheels, which has less of the
-            // weight then: what is left is quadratic in the roll. The ballast is thrown outwards less than it weighs, by 3 % of that.
+            // The plan is linear in the axle's roll. Level is meant in the plane of the wheels, in which less of the weight
+            // acts, so an error remains that is quadratic in the roll. The plan neglects the ballast's centrifugal force,
+            // at most 3 % of its weight.
             let c = vehicle.camera().expect("a spar").coefficients();
             let tipping = (yaw_rad_s2.abs() + 2.0 * yaw_rad_s * yaw_rad_s) * time_s * time_s * steep.sin();
             let size = f64::from(c.k2) * angle.sin().abs() + f64::from(c.m1 + c.m2 + 2.0 * c.m3) * tipping;

@@ -188,7 +188,7 @@ mod tests {
         let hold = w2 * 0.0873_f64.sin();
         assert!((d.voltage_per_s2(0.0, phi, 0.0, 0.0) - hold).abs() < 1e-12);
         assert!((as_printed(&d, c, back_emf, [0.0; 3], phi) * w2 - hold).abs() < 1e-12);
-        // Driving on the level at 6 rad/s: C without 1/(M+m) overweighs the bearing's damping by M+m = 13.6.
+        // Driving on the level at 6 rad/s: without 1/(M+m), C counts the bearing's damping 13.6 times.
         let (right, printed) = (
             d.voltage_per_s2(6.0, 0.0, 6.0, 0.0),
             as_printed(&d, c, back_emf, [6.0, 6.0, 0.0], 0.0),

@@ -132,7 +132,7 @@ mod tests {
         }
     }
 
-    /// Two motors brake a vehicle with all they may from 2.5 m/s into a full battery: with the guard the supply stays
+    /// Two motors brake a vehicle at their current limit from 2.5 m/s into a full battery: with the guard the supply stays
     /// below its highest voltage, even where it would not without the guard because the battery's resistance is high.
     #[test]
     fn a_full_battery_is_not_driven_over_its_highest_voltage() {

@@ -231,7 +231,7 @@ mod tests {
             })
         }
 
-        /// The tick in which the watch first reports wheels that swing by `amplitude_m_s2`.
+        /// The tick in which the watch first reports a mirrored IMU while the wheels swing by `amplitude_m_s2`.
         fn told(&mut self, amplitude_m_s2: f32, share: f32, ticks: u16) -> Option<u16> {
             let step = u16::from(INTERVAL_TICKS);
             (step..=ticks).step_by(usize::from(step)).find(|_| {
@@ -284,7 +284,7 @@ mod tests {
             "it looks mirrored"
         );
         assert_eq!(bench.told(5.0, 0.0, 1000), None);
-        // Nor do two blows add up.
+        // Two blows do not add up.
         assert_eq!(bench.told(5.0, -2.0, MIRRORED_TICKS - 1), None);
         assert_eq!(bench.told(5.0, 0.0, 1000), None);
         assert!(bench.told(5.0, -2.0, 600).is_some());
@@ -368,7 +368,7 @@ mod tests {
         assert_eq!(bench.told(2.0, -2.0, 3000), None);
         bench.facing.reset(0.0);
         assert!(bench.told(2.0, -2.0, 500).is_some());
-        // Motion that is too little to show a mirrored IMU does not show the other either.
+        // Motion that is too small to show a mirrored IMU does not show that the IMU faces forward either.
         let mut bench = Bench::new();
         assert_eq!(bench.told(0.8, 0.0, 3000), None);
         bench.slides = true;

@@ -22,7 +22,7 @@ impl GroundSpeed {
     ///
     /// ```
     /// use model::estimate::ground_speed::GroundSpeed;
-    /// // A quarter turn on ice without friction: the vehicle goes on where it went, now to its right.
+    /// // A quarter turn on ice without friction: the vehicle keeps its direction of motion, which is now to its right.
     /// let mut speed = GroundSpeed::of_wheels(1.0);
     /// for _ in 0..1571 {
     ///     speed.update(0.001, 1.0, [0.0, 0.0]);

@@ -90,22 +90,22 @@ mod tests {
 
     const DT: f32 = 0.001;
 
-    /// The direction up in the arm's axes while the arm swings as `phi(t)` and the vehicle turns at `yaw_rad_s` on a plane of
-    /// `slope_rad`, by turning the axes themselves: an oracle that knows none of the rates' formulas.
+    /// The arm's three axes in those of the world, while the arm swings as `phi(t)` and the vehicle turns at `yaw_rad_s` on a plane
+    /// of `slope_rad`. The oracle turns the axes themselves and uses no formula of the rates.
     fn up(t: f64, yaw_rad_s: f64, slope_rad: f64, phi: &dyn Fn(f64) -> f64) -> [[f64; 3]; 3] {
         let (sh, ch) = (yaw_rad_s * t).sin_cos();
         let (ss, cs) = slope_rad.sin_cos();
-        // Axes of the plane, uphill first, in those of the world; then of the heading on it.
+        // The plane's axes in those of the world, uphill first; then the axes of the heading on the plane.
         let [uphill, across, normal] = [[cs, 0.0, ss], [0.0, 1.0, 0.0], [-ss, 0.0, cs]];
         let mix = |a: f64, x: [f64; 3], b: f64, y: [f64; 3]| [0, 1, 2].map(|k: usize| a * x[k] + b * y[k]);
         let (forward, left) = (mix(ch, uphill, sh, across), mix(-sh, uphill, ch, across));
-        // phi is from the vertical: the plane's part of it is what the forward axis rises.
+        // phi counts from the vertical: the rise of the forward axis is the plane's part of it.
         let (sp, cp) = (phi(t) - (forward[2] / (1.0 - left[2] * left[2]).sqrt()).asin()).sin_cos();
         [mix(cp, forward, sp, normal), left, mix(-sp, forward, cp, normal)]
     }
 
-    /// Estimates over `seconds` of a turn; `held` is the share of the turn's acceleration `turn_m_s2` that the ground gives. The
-    /// largest errors of the arm's angle and of the roll's sine.
+    /// Runs the estimators for `seconds` of a turn, of whose acceleration `turn_m_s2` the ground gives the share `held`.
+    /// Returns the largest errors of the arm's angle and of the roll's sine.
     fn turned(seconds: f64, yaw_rad_s: f64, slope_rad: f64, turn_m_s2: f64, held: f64) -> [f64; 2] {
         let phi = |t: f64| 0.1 * (3.0 * t).sin();
         let (mut roll, mut tilt) = (
@@ -119,7 +119,7 @@ mod tests {
             let t = f64::from(k) * f64::from(DT);
             let [before, now, after] = [-h, 0.0, h].map(|step| up(t + step, yaw_rad_s, slope_rad, &phi));
             let rate = |a: usize, b: usize| {
-                // omega of the axis across: how a turns towards b.
+                // The rate at which axis a turns towards axis b.
                 let turned = |k: usize| (after[a][k] - before[a][k]) / (2.0 * h) * now[b][k];
                 (turned(0) + turned(1) + turned(2)) as f32
             };
@@ -166,8 +166,8 @@ mod tests {
         }
     }
 
-    /// A ground that gives a turn none of its acceleration, and nobody who says so: the correction of the roll, 0.015 rad/s, makes
-    /// an error of the arm's angle of no more than that over the yaw rate, and as much again while it turns there.
+    /// The ground gives a turn a tenth of its acceleration, and no watch reports the slide. The correction of the roll is at most
+    /// 0.015 rad/s. Over the yaw rate, that is the largest error of the arm's angle, and as much again while the error turns.
     #[test]
     fn a_slide_that_nobody_tells_hardly_turns_the_arm() {
         for yaw_rad_s in [-2.0_f64, -0.7, 0.7, 1.0, 2.0] {

@@ -8,12 +8,12 @@
 use super::fields::{LeftOut, Rule};
 use super::{Field, VehicleParameters};
 
-/// Share of the supply that a bridge gives, where no board is there to ask: for a rule, and for the analysis of a vehicle. A
-/// board holds its bridges to its own ([`BoardScales::duty_max`](crate::board::BoardScales::duty_max)), whatever this says.
+/// Share of the supply that a bridge gives, for rules and analyses of a vehicle without a board. Each board bounds its bridges to
+/// its own share, [`BoardScales::duty_max`](crate::board::BoardScales::duty_max), whatever the value of this constant.
 pub const BRIDGE_SHARE: f64 = 0.94;
 /// Largest product of the crossover and the time constant of a free rotor, rad. In the play of the gears a rotor follows the
-/// voltage with that time constant, and its encoder shows a turn of the wheel that is none: beyond twice this, the reference
-/// vehicle with 1 deg of play chatters between the flanks.
+/// voltage with that time constant, and its encoder shows a turn that the wheel does not make. Beyond twice this
+/// product, the reference vehicle with 1 deg of play chatters between the flanks.
 const YAW_PLAY_SHARE: f64 = 0.49;
 /// Lag of the yaw loop in addition to the motor's, s: 0.9 ms of the gyro's 250 Hz filter, half a tick of 1 ms for the age
 /// of its sample, one tick until the voltage reaches the bridge, and half a tick because the bridge holds the voltage for
@@ -139,7 +139,7 @@ mod tests {
         }
     }
 
-    /// The rules reproduce the gains that were tuned by hand for the reference vehicle before the rules existed.
+    /// For the reference vehicle, the rules give the gains that were tuned by hand.
     #[test]
     fn the_rule_gives_the_reference_vehicle_the_gains_that_it_was_tuned_to() {
         let mut parameters = reference().parameters().cast::<f64>();

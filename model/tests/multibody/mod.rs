@@ -1,4 +1,4 @@
-//! An oracle that knows no closed form: point masses whose positions are written as functions of the
+//! An oracle without any closed form: point masses whose positions are written as functions of the
 //! coordinates, Jacobians by automatic differentiation, and d'Alembert's principle.
 #![allow(dead_code)] // Each test binary uses its own part.
 

@@ -1,4 +1,4 @@
-//! What each message leaves for whom, and what it counts as.
+//! Where the receiving task puts each message, and how it counts it.
 
 use std::boxed::Box;
 use std::vec::Vec;
@@ -22,7 +22,7 @@ fn topics() -> Box<Topics<NoopRawMutex>> {
     Box::new(Topics::new())
 }
 
-/// A receiver, and the session that is in force or on offer.
+/// A receiver, and the session that it has accepted or offered.
 struct Bench<'a> {
     receiver: Receiver<'a, NoopRawMutex>,
     session: u32,
@@ -51,7 +51,7 @@ impl<'a> Bench<'a> {
             .take(Received::Message(message), Instant::from_micros(NOW_US));
     }
 
-    /// The next order of the session, given now; its number.
+    /// Gives the session's next order now, and returns its number.
     fn order(&mut self, order: Order) -> OrderId {
         self.order_given_at(NOW_US, order)
     }
@@ -84,7 +84,7 @@ fn the_board_says_who_it_is_and_offers_a_session() {
     assert_eq!(
         topics.status_rate.take(),
         Some(STATUS_RATE_HZ),
-        "a new host gets the usual rate"
+        "a new host does not get the usual rate"
     );
     bench.hear(HostMessage::Identify { nonce: 11 });
     let again = topics.identity.try_take().expect("answered");
@@ -96,7 +96,7 @@ fn the_board_says_who_it_is_and_offers_a_session() {
         time_us: NOW_US,
         about: ABOUT,
     };
-    assert_eq!(again, expected, "the same question, the same offer");
+    assert_eq!(again, expected, "the same question brings another offer");
     bench.order(Order::StatusRate { hz: 10 });
     topics.status_rate.take();
     bench.hear(HostMessage::Identify { nonce: 11 });
@@ -104,7 +104,7 @@ fn the_board_says_who_it_is_and_offers_a_session() {
     assert_eq!(
         topics.status_rate.take(),
         None,
-        "a known host keeps the rate that it chose"
+        "a known host loses the rate that it chose"
     );
 }
 
@@ -126,7 +126,7 @@ fn whatever_cannot_be_read_is_counted_and_does_nothing() {
     assert_eq!(expected.unreadable_frames(), 3);
     let mut counter = u32::MAX;
     count(&mut counter);
-    assert_eq!(counter, 0, "counters wrap");
+    assert_eq!(counter, 0, "the counter does not wrap");
 }
 
 #[test]
@@ -145,12 +145,12 @@ fn a_disarm_is_taken_from_anybody_and_outdates_what_came_before() {
     };
     bench.hear(HostMessage::Disarm(own));
     assert_eq!(topics.disarm.take(), Some(DisarmBy::Host(own)));
-    // An Arm that was given before the Disarm, and comes after it.
+    // An Arm that was given before the Disarm, but arrives after it.
     bench.sequence = 6;
     bench.order(Order::Request(Request::Arm));
     assert_eq!(topics.requests.take(Request::Arm), None);
     assert_eq!(bench.receiver.counters.repeated_frames, 1);
-    // As an order it opens the bridges too, however late.
+    // As an order, too, a Disarm opens the bridges, however late it comes.
     let id = bench.order_given_at(0, Order::Request(Request::Disarm));
     assert_eq!(topics.disarm.take(), Some(DisarmBy::Host(id)));
 }
@@ -183,7 +183,8 @@ fn only_the_session_gives_orders_each_once() {
     assert_eq!(bench.answers(), [], "the state machine answers");
 }
 
-/// A command is as old as when it was given; 10 ms in the future are the host's clock, more are nobody's.
+/// A command's age counts from when it was given. The host's clock may be ahead by up to 10 ms; the board drops a command from
+/// further in the future.
 #[test]
 fn a_drive_command_has_the_time_of_its_giving() {
     for (given_at_us, stamp_us, late) in [
@@ -211,7 +212,10 @@ fn a_drive_command_has_the_time_of_its_giving() {
         let topics = topics();
         let mut bench = Bench::new(&topics);
         bench.order(Order::Drive(command));
-        assert!(topics.command.latest().is_none(), "no number, no command");
+        assert!(
+            topics.command.latest().is_none(),
+            "the board takes a command that is no number"
+        );
         assert_eq!(bench.receiver.counters.bad_frames, 1);
     }
 }
@@ -232,7 +236,7 @@ fn a_request_that_is_late_is_refused_and_one_that_waits_is_replaced() {
     assert_eq!(bench.answers(), [(none, Answer::Done)]);
 }
 
-/// 200 Hz are what the line carries.
+/// The line carries at most 200 statuses per second.
 #[test]
 fn the_host_chooses_the_rate_of_the_status_within_what_the_line_carries() {
     let topics = topics();
@@ -258,13 +262,13 @@ fn the_stream_of_records_begins_and_ends_at_the_hosts_word() {
         let id = bench.order(Order::Recording { from });
         assert_eq!(bench.answers(), [(id, Answer::Done)]);
         assert_eq!(topics.recording.take(), Some(from));
-        // The sending task is woken to look where the stream is to begin.
+        // The receiving task wakes the sending task, which looks up where the stream begins.
         assert_eq!(topics.records.ready.signaled(), from.is_some());
         topics.records.ready.reset();
     }
 }
 
-/// Four questions wait; the fifth is refused and counted, of parameters and of the memory.
+/// Up to four questions wait; the board refuses and counts the fifth, about parameters and about the memory.
 #[test]
 fn a_flood_of_questions_is_refused() {
     let questions = [
@@ -282,7 +286,7 @@ fn a_flood_of_questions_is_refused() {
         assert_eq!(bench.answers(), [(id, Answer::Refused(Refusal::Busy))]);
         assert_eq!(bench.receiver.counters.dropped_requests, 1);
     }
-    // Answers that find no room are counted: eight wait.
+    // Up to eight answers wait; the board counts an answer that finds no room.
     let topics = topics();
     let mut bench = Bench::new(&topics);
     for _ in 0..9 {

@@ -9,7 +9,7 @@ use super::{booted, built_in, gain, history, load, now, store, stored, vehicle};
 use crate::image::CHECKSUM;
 use crate::test_flash::{FLASH_WORD, PAGE, PAGES, TestFlash};
 
-/// The built-in set, because the stored one cannot be read.
+/// A boot with the built-in set because the stored set cannot be read.
 fn unreadable() -> Booted {
     Booted {
         vehicle: built_in(),
@@ -17,8 +17,8 @@ fn unreadable() -> Booted {
     }
 }
 
-/// Stores a gain on a flash in any state, on which a word may have to be programmed twice. A set that the store
-/// reports as stored is the set that the next boot takes.
+/// Stores a gain on a flash in any state, where the store may have to program a word twice, and asserts that the store reports
+/// success if and only if the next boot takes that set.
 fn storing_tells_the_truth(mut flash: TestFlash) {
     flash.damage_on_rewrite = true;
     let mut store = store(flash);
@@ -27,11 +27,11 @@ fn storing_tells_the_truth(mut flash: TestFlash) {
     assert_eq!(told.is_ok(), found == booted(0.9), "{told:?}, {:?}", found.outcome);
 }
 
-/// One unreadable word anywhere: an older set is never taken for the newest.
+/// One unreadable word anywhere: a boot never mistakes an older set for the newest.
 #[test]
 fn one_unreadable_word_never_boots_an_older_set() {
     let (mut newest, mut none) = (0, 0);
-    // One page, the move to the other, both.
+    // Stores within one page, at the move to the other page, and beyond.
     for stores in [1, 2, 4, 5, 6, 9] {
         let flash = history(stores);
         for word in 0..flash.damaged.len() {
@@ -53,7 +53,7 @@ fn one_unreadable_word_never_boots_an_older_set() {
     );
 }
 
-/// A page that was erased or lost its contents takes the set with it or does not; an older one does not appear.
+/// A page that was erased or cannot be read may lose the newest set; a boot takes no older set instead.
 #[test]
 fn a_lost_page_never_boots_an_older_set() {
     for stores in 1..30 {
@@ -81,8 +81,7 @@ fn a_lost_page_never_boots_an_older_set() {
     }
 }
 
-/// A set of which the store says that it is stored is there: also if a word of the flash does not take what is
-/// written.
+/// If a word of the flash does not take the written bytes, the store does not report the set as stored.
 #[test]
 fn a_word_that_is_not_fresh_is_not_told_stored() {
     for stores in [0, 1, 4, 5] {
@@ -101,11 +100,11 @@ fn a_word_that_is_not_fresh_is_not_told_stored() {
     }
 }
 
-/// A word that is lost while the set and its receipts are written, in any moment: a set that is reported as stored is
-/// there.
+/// A word decays at any moment while the store writes the set and its receipts: the store reports a set as stored only if the set
+/// is there.
 #[test]
 fn a_word_that_is_lost_while_another_is_written_is_not_told_stored() {
-    // A set in the middle of a page, and one whose receipts move the store to the other page.
+    // A set in the middle of a page, and a set whose receipts move the store to the other page.
     for stores in [0, 1, 3, 4] {
         let before = history(stores);
         let after = stored(before.clone(), 0.9);
@@ -125,7 +124,7 @@ fn a_word_that_is_lost_while_another_is_written_is_not_told_stored() {
     }
 }
 
-/// A receipt is one by its own checksum and by its key: what only looks like one hides no set.
+/// A receipt counts by its own checksum and its key: bytes that only look like a receipt hide no set.
 #[test]
 fn what_only_looks_like_a_receipt_is_none() {
     let receipt = |sequence: u32, sound: bool| {
@@ -140,7 +139,7 @@ fn what_only_looks_like_a_receipt_is_none() {
         let mut store = store(history(2));
         now(store.put(key, &receipt(7, sound)));
         let found = load(store.flash.0);
-        // A true receipt of a set that is not there hides the older set.
+        // A true receipt of a missing set hides the older set.
         let expected = if believed { unreadable() } else { booted(gain(1)) };
         assert_eq!(found, expected, "key {key}, sound {sound}");
     }
@@ -209,7 +208,7 @@ proptest! {
         storing_tells_the_truth(flash);
     }
 
-    /// One flipped bit, erased word or word of noise: the newest set, or none.
+    /// After one flipped bit, erased word or word of noise a boot takes the newest set or none.
     #[test]
     fn one_damage_never_boots_an_older_set(stores in 1_u32..14, damage in damage()) {
         let mut flash = history(stores);
@@ -218,7 +217,7 @@ proptest! {
         prop_assert!(found == booted(gain(stores - 1)) || found == unreadable(), "{:?}", found.outcome);
     }
 
-    /// Random contents of the flash never give a set and never panic, and the next store works.
+    /// From random contents a boot never takes a set and never panics, and the next store works.
     #[test]
     fn random_contents_give_no_set(seed in proptest::collection::vec(any::<u8>(), 64), damaged in any::<u64>()) {
         let mut flash = TestFlash::new();

@@ -16,7 +16,7 @@ use crate::test_flash::TestFlash;
 /// A set that other firmware stored: names and values.
 type Named<'a> = Vec<((&'a str, &'a str), f32)>;
 
-/// Every parameter of this firmware with its value, the gain `kp` changed.
+/// Every parameter of this firmware with its value, and with the gain `kp`.
 fn named(kp: f32) -> Named<'static> {
     let parameters = *vehicle(kp).parameters();
     (0..parameters.count())
@@ -42,7 +42,7 @@ fn bytes(named: &Named, sequence: u32) -> Vec<u8> {
 /// A flash to which other firmware stored a set.
 fn flash_with(named: &Named) -> TestFlash {
     let mut store = store(TestFlash::new());
-    assert!(now(store.write(1, &bytes(named, 1))), "it fits");
+    assert!(now(store.write(1, &bytes(named, 1))), "the set does not fit");
     store.flash.0
 }
 
@@ -119,14 +119,14 @@ fn renamed_parameters_and_tables_are_found_under_their_old_names() {
     let mut expected = *vehicle(0.5).parameters();
     expected.control.ki = 0.07;
     assert_eq!(read.parameters, expected);
-    // A new name precedes an old one.
+    // A new name takes precedence over an old name.
     old.push((("control", "ki"), 0.09));
     let read = read_with(&decoded(&old), &PARAMETERS, &renamed).expect("in range");
     assert_eq!((read.parameters.control.ki, read.dropped), (0.09, 1));
-    // An old name of one table is no other table's.
+    // An old name of one table does not apply to another table.
     let read = read_with(&decoded(&old), &PARAMETERS, &[("gains", "steering")]).expect("in range");
     assert!(read.defaults > 10, "{}", read.defaults);
-    // Without the table of names they are lost.
+    // Without the table of old names the values are lost.
     let read = read_with(&decoded(&old), &PARAMETERS, &[]).expect("in range");
     assert!(read.defaults > 10, "{}", read.defaults);
 }
@@ -138,7 +138,7 @@ fn a_migrated_set_stays_in_the_flash_until_the_next_store() {
     let flash = flash_with(&fewer);
     let mut booting = store(flash.clone());
     let found = now(booting.load(&built_in()));
-    assert_eq!(booting.flash.0.bytes, flash.bytes, "a boot does not write");
+    assert_eq!(booting.flash.0.bytes, flash.bytes, "the boot writes");
     let mut storing = store(flash);
     now(storing.store(&found.vehicle)).expect("stored");
     assert_eq!(load(storing.flash.0), booted(0.5));
@@ -178,7 +178,7 @@ const VERSION_0_1_WITHOUT_CAMERA: &[u8] = include_bytes!("version_1_without_came
 /// Place of `control.kp` among the parameters of version 0.1 with a camera.
 const KP: usize = 43;
 
-/// A flash to which version 0.1 stored sets, the last one with this gain.
+/// A flash to which version 0.1 stored two sets, the last with this gain.
 fn version_0_1(kp: f32) -> TestFlash {
     let mut store = store(TestFlash::new());
     for kp in [0.1, kp] {
@@ -195,14 +195,14 @@ fn a_set_of_version_0_1_is_migrated() {
     let BootOutcome::Migrated { defaults, dropped } = found.outcome else {
         panic!("{:?}", found.outcome);
     };
-    // Each value of the set is a parameter's, under its name or a newer one.
+    // Each value of the set belongs to a parameter, under its name or a newer name.
     assert_eq!(
         (usize::from(defaults) + 66, dropped),
         (usize::from(PARAMETERS.count()), 0)
     );
     assert_eq!(found.vehicle.parameters().control.kp, 0.4);
     assert_eq!(found.vehicle.parameters().body.wheel_radius_m, 0.25);
-    // The next store keeps it, and what version 0.1 left is no longer read.
+    // The next store keeps the set, after which no boot reads the set of version 0.1.
     let mut store = store(version_0_1(0.4));
     now(store.store(&found.vehicle)).expect("stored");
     let again = load(store.flash.0);
@@ -215,7 +215,10 @@ fn a_set_of_version_0_1_without_a_camera_keeps_what_both_have() {
     let all = decode(VERSION_0_1).expect("a set");
     assert_eq!((stored.values.len(), all.values.len()), (46, 66));
     for value in &stored.values {
-        assert!(all.values.contains(value), "the two vehicles differ by the camera only");
+        assert!(
+            all.values.contains(value),
+            "the two vehicles differ by more than the camera"
+        );
     }
     let read = read_by_name(&stored, &PARAMETERS).expect("in range");
     assert_eq!(usize::from(read.defaults) + 46, usize::from(PARAMETERS.count()));
@@ -224,7 +227,7 @@ fn a_set_of_version_0_1_without_a_camera_keeps_what_both_have() {
         ..PARAMETERS
     };
     let read = read_by_name(&all, &without).expect("in range");
-    // Every parameter of the camera was one of version 0.1, but for the four of its motor's and its bridge's heat.
+    // Version 0.1 had every parameter of the camera except the four for the heat of its motor and bridge.
     assert_eq!(read.dropped + 4, PARAMETERS.count() - without.count());
 }
 
@@ -247,17 +250,17 @@ fn every_name_has_a_hash_of_its_own() {
     let mut hashes: Vec<u32> = decode(VERSION_0_1).expect("a set").values.iter().map(|v| v.0).collect();
     for ((table, name), _) in named(0.5) {
         hashes.push(name_hash(table, name));
-        // The name in version 0.1 is another entry only where it was another name.
+        // Version 0.1 has another entry for a parameter only where the parameter had another name.
         for (old, new) in RENAMED {
             if let (Some((table_before, name_before)), Some(now)) = (old.split_once('.'), new.split_once('.'))
                 && now == (table, name)
             {
-                // Its table may have had another name, too.
+                // The table may have had another name, too.
                 let tables = RENAMED.iter().filter(|(_, new)| *new == table_before);
                 let mut tables = tables.map(|(old, _)| *old).chain([table_before]);
                 assert!(
                     tables.any(|table| hashes.contains(&name_hash(table, name_before))),
-                    "{old} was a parameter"
+                    "{old} was no parameter"
                 );
             }
         }
@@ -274,7 +277,7 @@ fn every_name_has_a_hash_of_its_own() {
 }
 
 proptest! {
-    /// Bytes that are no set, and sets with any values: never a panic, and never a value out of its range.
+    /// Bytes that are no set, and sets with any values, lead to no panic and to no value out of its range.
     #[test]
     fn any_bytes_are_read_or_refused(
         bytes in proptest::collection::vec(any::<u8>(), 0..SET_MAX),
@@ -299,7 +302,7 @@ proptest! {
         }
     }
 
-    /// A set of which any parameters are missing, and to which any were added, is read by name.
+    /// The store reads a set by name, whichever parameters it lacks and whichever it has in addition.
     #[test]
     fn any_other_schema_is_migrated(missing in any::<[bool; 80]>(), added in 0_u16..20, kp in 0.0_f32..0.7) {
         let mut other = named(kp);
@@ -322,5 +325,5 @@ proptest! {
     }
 }
 
-/// Most values of a set in these tests.
+/// Largest number of values in a set of these tests.
 const VALUES: usize = 100;

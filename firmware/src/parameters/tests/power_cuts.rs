@@ -4,7 +4,7 @@ use super::super::{BootOutcome, Disbelief};
 use super::{booted, built_in, gain, history, load, now, store, stored, vehicle};
 use crate::test_flash::TestFlash;
 
-/// The flash after a store of `kp` that has power for so many steps; also whether the board reported the store as done.
+/// The flash after a store of `kp` whose power lasts for `power` steps, and whether the store reported success.
 fn cut(mut before: TestFlash, kp: f32, power: usize) -> (TestFlash, bool) {
     before.power = power;
     let mut cut_store = store(before);
@@ -19,7 +19,7 @@ fn a_power_cut_at_any_step_leaves_the_old_set_or_the_new() {
     let mut cuts = 0;
     let (mut old_kept, mut new_kept) = (0, 0);
     for damage_on_cut in [true, false] {
-        // Fill levels up to the change of pages, where the store moves, and beyond.
+        // Numbers of stores up to the change of pages, where the store moves, and beyond.
         for stores_before in 1..14 {
             let mut before = history(stores_before);
             before.damage_on_cut = damage_on_cut;
@@ -50,12 +50,11 @@ fn a_power_cut_at_any_step_leaves_the_old_set_or_the_new() {
     assert!(cuts >= 50, "{cuts} cuts");
     assert!(
         old_kept > 20 && new_kept > 20,
-        "both sides of the cut are seen: {old_kept}, {new_kept}"
+        "too few cuts of either kind: {old_kept}, {new_kept}"
     );
 }
 
-/// Before the first store there is no old set: the board must not take the half-stored one, and says that something
-/// is there.
+/// Before the first store there is no old set: a boot must not take the half-stored set.
 #[test]
 fn a_power_cut_in_the_first_store_leaves_the_built_in_set_or_the_new() {
     let mut untouched = 0;

@@ -24,14 +24,18 @@ fn changes_are_staged_together_and_taken_together() {
     assert_eq!(told(stage.write(ki, 0.05)), 0.05);
     assert_eq!(told(stage.write(kd, 3.0)), 3.0);
     assert!(stage.has_changes());
-    assert_eq!(told(stage.read(ki)), PARAMETERS.control.ki, "not in force yet");
+    assert_eq!(
+        told(stage.read(ki)),
+        PARAMETERS.control.ki,
+        "the staged value is in force already"
+    );
     assert_eq!(told(stage.read_staged(ki)), 0.05);
     let taken = stage.take().expect("consistent");
     assert_eq!(
         (taken.parameters().control.ki, taken.parameters().control.kd),
         (0.05, 3.0)
     );
-    assert!(!stage.has_changes(), "the transaction is over, stored or not");
+    assert!(!stage.has_changes(), "the transaction goes on");
     stage.put_in_force(&taken);
     assert_eq!(told(stage.read(ki)), 0.05);
 }
@@ -57,6 +61,6 @@ fn whatever_is_refused_takes_every_staged_change_with_it() {
         let taken = stage.take().expect("consistent");
         let mut expected = PARAMETERS;
         expected.control.ki = 0.05;
-        assert_eq!(*taken.parameters(), expected, "nothing of what was refused");
+        assert_eq!(*taken.parameters(), expected, "a refused change is in the set");
     }
 }

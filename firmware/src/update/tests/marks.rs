@@ -1,9 +1,9 @@
-//! Marks that a power cut has torn, or left of many.
+//! Marks of the journal after a power cut: torn marks, and the rest of a journal that was being erased.
 
 use super::*;
 use crate::update::journal::{self, Mark};
 
-/// Torn marks are no marks, and do not keep the next ones from being written.
+/// A torn mark does not count, and the journal still takes the next marks.
 #[test]
 fn a_torn_mark_is_no_mark() {
     let flash = Shared::new(ordered());
@@ -35,8 +35,8 @@ fn a_torn_mark_is_no_mark() {
     assert!(block_on(journal::read(&mut arrived)).expect("still").kept);
 }
 
-/// The next image is announced, and power is lost while the journal is being erased for it: whatever words are left, the image
-/// that was confirmed stays, and so does the one that was gone back to.
+/// The host announces the next image, and power fails while the store erases the journal. Whatever words are left, a confirmed image
+/// stays, and so does an image to which the loader had rolled back.
 #[test]
 fn a_journal_that_is_half_erased_changes_nothing() {
     let tried = boot(ordered()).1;

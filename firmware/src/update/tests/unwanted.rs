@@ -2,8 +2,7 @@
 
 use super::*;
 
-/// An image that a probe has flashed since is booted: no order of the image before is carried out on it, and none is rolled
-/// back.
+/// The loader boots an image that a probe has flashed since: it neither carries out an order of the previous image nor rolls back.
 #[test]
 fn an_image_from_a_probe_is_booted() {
     let (image, bytes) = sealed(9, 2000);
@@ -12,15 +11,15 @@ fn an_image_from_a_probe_is_booted() {
         flash.bytes[..bytes.len()].copy_from_slice(&bytes);
         let (booted, flash) = boot(flash);
         assert_eq!((booted, whole(&flash, RUNNING)), (Boot::Image, Some(image)));
-        // And it is not what is on trial: there is nothing for it to confirm.
+        // The flashed image is not on trial and has nothing to confirm.
         let shared = Shared::new(flash);
         let mut store = UpdateStore::new(place(&shared, ARRIVED), image.checksum);
         assert_eq!(block_on(store.state()), (UpdateState::None, 0));
     }
 }
 
-/// Sectors that refuse to be erased, those that the board runs from or those that keep the image before: the boot
-/// loader still boots the image that ran, and the board answers that the new image was never installed.
+/// The flash refuses to erase the sectors of the running image or those that keep the previous image. The loader still boots the
+/// image that ran, and the board answers that the new image was not installed.
 #[test]
 fn an_image_that_the_flash_refuses_leaves_the_one_that_runs() {
     for refusing in [RUNNING, KEPT] {
@@ -37,8 +36,8 @@ fn an_image_that_the_flash_refuses_leaves_the_one_that_runs() {
     }
 }
 
-/// A probe flashes the very image that was given up, or on trial before it flashed another one: it is booted, whatever was
-/// decided about it before.
+/// A probe flashes an image that the loader had given up, or that was on trial before the probe flashed another: the loader boots
+/// this image, whatever it had decided about it before.
 #[test]
 fn an_image_that_was_given_up_is_booted_when_a_probe_flashes_it() {
     let flashed = |mut flash: TestFlash, (image, bytes): (Image, Vec<u8>)| {
@@ -60,11 +59,11 @@ fn an_image_that_was_given_up_is_booted_when_a_probe_flashes_it() {
     flashed(boot(refused).1, new());
     let another = sealed(9, 2000);
     flashed(flashed(tried, another.clone()), new());
-    // Nor is the order carried out when the image that gave it is flashed again.
+    // The loader does not carry out an order, either, when a probe flashes the image that gave it again.
     flashed(flashed(ordered(), another), old());
 }
 
-/// A flash that takes no mark any more: the image before is booted again, and knows that it is not the one on trial.
+/// The flash takes no further mark: the loader boots the previous image again, and that image knows that it is not on trial.
 #[test]
 fn the_image_before_is_never_on_trial() {
     let mut flash = boot(ordered()).1;
@@ -82,7 +81,8 @@ fn the_image_before_is_never_on_trial() {
     }
 }
 
-/// A whole image for this board that is linked for another place, or whose vectors are none: it is neither ordered nor booted.
+/// The board does not order, and the loader does not boot, a whole image for this board that is linked for another place or whose
+/// vectors are invalid.
 #[test]
 fn an_image_that_the_part_could_not_start_is_refused() {
     let code = IMAGE_START + 0x441;

@@ -1,5 +1,5 @@
-//! The samples of a tick are as old on the emulated board as on the virtual one, as the design says; and a recorded drive has every
-//! tick, and replays.
+//! On the emulated board, as on the virtual board, the samples of every tick have the age that the design states; a recorded drive
+//! has every tick, and replays.
 
 use std::path::Path;
 
@@ -21,7 +21,7 @@ fn the_samples_of_every_tick_are_as_old_as_the_design_says() {
     let plant = scenario.plant(&vehicle).expect("the terrain is drivable");
     let mut backend =
         EmulatedBackend::power_on(firmware(), plant, EmulationSettings::default()).expect("the board powers up");
-    // As in a recorded drive: during the drive, and every tick once.
+    // The records are taken during the drive, as for a file.
     backend.keep_records();
     let mut records = Vec::new();
     let take = |backend: &mut dyn Backend| records.extend(backend.take_records());

@@ -41,7 +41,7 @@ fn the_board_boots_says_so_and_keeps_its_bridges_open() {
             connected_at = Some(now);
         }
     }
-    assert!(connected_at.is_some(), "the bridges' pins belong to their timer");
+    assert!(connected_at.is_some(), "the bridges' pins never go to their timer");
 
     let log = board.log();
     let line = |text: &str| {

@@ -1,4 +1,4 @@
-//! The bridges' two timers: what they put on the lines, and that neither drives without the other.
+//! The bridges' two timers: their output on the lines, and that neither drives without the other.
 
 use board_emulator::board::BridgeOutput;
 use board_emulator::time::{MS, US};
@@ -46,7 +46,8 @@ fn opens_within(board: &mut Operator, within: u64, step: u64) -> u64 {
     panic!("the bridges are not open {within} ns later");
 }
 
-/// Armed, each bridge drives one way and brakes, 20,000 times a second, and is open at no time; whichever way it drives.
+/// While the vehicle is armed, each bridge alternates between driving and braking 20,000 times per second, and is never open,
+/// whichever way it drives.
 #[test]
 fn an_armed_bridge_drives_and_brakes_and_is_never_open() {
     let mut board = ready();
@@ -81,15 +82,15 @@ fn an_armed_bridge_drives_and_brakes_and_is_never_open() {
     assert_eq!(
         torn.expect("it runs"),
         0,
-        "a pair of lines could be of two ticks for a period, and low at once"
+        "for a period, a pair of lines could mix the duties of two ticks, and both lines be low"
     );
     for [forward, reverse] in &driven[..2] {
         assert!(*forward > 0 && *reverse > 0, "both ways: {driven:?}");
     }
 }
 
-/// The outputs of a timer go off, and no flag shows why: the other timer follows within a tick, and the vehicle does
-/// not stay armed with dead bridges.
+/// The outputs of a timer go off without a flag: the board switches the other timer's outputs off within a tick, and the vehicle
+/// does not stay armed with dead bridges.
 #[test]
 fn outputs_that_are_off_disarm_within_a_tick() {
     for (nth, address) in BREAK_REGISTERS.into_iter().enumerate() {
@@ -110,7 +111,7 @@ fn outputs_that_are_off_disarm_within_a_tick() {
         assert!(took <= TICK_AND_WAIT, "timer {nth}: {} us", took / US);
         for _ in 0..100 {
             board.emulation.run_for(100 * US).expect("it runs");
-            assert!(open(&mut board), "nothing switches the outputs on again");
+            assert!(open(&mut board), "the outputs come on again");
         }
         board.run(50);
         assert_eq!(board.status().vehicle.mode, Mode::Disarmed);
@@ -159,8 +160,8 @@ fn a_break_input_that_is_shorted_opens_within_a_tick() {
     }
 }
 
-/// Whichever timer's break tripped, with the other one's input shorted to ground, a disarmed vehicle reports it, does
-/// not arm, and does once the cause has gone and faults are cleared.
+/// One timer's break trips while the other timer's input is shorted to ground. A disarmed vehicle reports the break and does not arm
+/// until the cause has gone and the faults are cleared.
 #[test]
 fn each_timers_own_break_blocks_until_it_is_cleared() {
     for shorted in [0, 1] {
@@ -190,7 +191,7 @@ fn each_timers_own_break_blocks_until_it_is_cleared() {
     }
 }
 
-/// A break input that is shorted to ground shows at the first press of the stop, like a contact that is welded shut.
+/// The first press of the emergency stop reveals a break input that is shorted to ground, like a contact that is welded shut.
 #[test]
 fn a_break_input_that_is_shorted_is_told() {
     for nth in [0, 1] {
@@ -207,8 +208,8 @@ fn a_break_input_that_is_shorted_is_told() {
     }
 }
 
-/// A line from the board to a drive motor's bridge breaks. Its pull-down turns every brake into the drive of the other
-/// line, up to the whole supply the wrong way: the current shows it, and the bridges open.
+/// A line from the board to a drive motor's bridge breaks. Its pull-down turns every brake into the drive of the other line, with up
+/// to the whole supply in the wrong direction. The current shows this, and the bridges open.
 #[test]
 fn a_broken_line_to_a_bridge_opens_the_bridges() {
     /// The current rises within the motor's electrical time constant, the fault takes three ticks, the analogue reading is

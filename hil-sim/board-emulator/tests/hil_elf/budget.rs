@@ -12,7 +12,7 @@ use crate::support::{firmware, ready};
 const TICK_INSTRUCTIONS_MAX: u32 = 6_000;
 /// The same including interrupts, which all have a higher priority: a tenth of a tick.
 const INTERRUPTED_INSTRUCTIONS_MAX: u32 = 10_000;
-/// Of it the decision: law, governor, steering and levelling.
+/// The share of the decision in this budget: law, governor, steering and levelling.
 const DECIDE_INSTRUCTIONS_MAX: u64 = 3_000;
 /// Cycles that the emulated core counts per instruction: 400 MHz over 100 million instructions per second.
 const CYCLES_PER_INSTRUCTION: u32 = 4;
@@ -43,9 +43,8 @@ const STAGES: [&str; 4] = ["sense", "estimate", "decide", "actuate"];
 /// Largest gap between two reads of one tick, in instructions.
 const WITHIN_A_TICK: u64 = 20_000;
 
-/// The table of docs/emulated-board.md: what each stage takes by itself, standing and driving. A stage accesses
-/// as many of the peripherals' registers in every tick, most of them none: with more accesses than that it was interrupted,
-/// and does not count.
+/// The table of docs/emulated-board.md: the cost of each stage by itself, standing and driving. A stage accesses the same number of
+/// peripheral registers in every tick, most stages none. A stage with more accesses was interrupted and does not count.
 #[test]
 fn a_tick_stays_within_its_budget() {
     println!("stage      mean  worst  (instructions)");
@@ -58,21 +57,25 @@ fn a_tick_stays_within_its_budget() {
             .at(|stopped| stopped.keep_cycle_reads())
             .expect("it runs");
         board.run(2_000);
-        assert_eq!(board.status().vehicle.mode, Mode::Armed, "it was armed all the time");
+        assert_eq!(
+            board.status().vehicle.mode,
+            Mode::Armed,
+            "the vehicle did not stay armed"
+        );
         let reads = board
             .emulation
             .at(|stopped| stopped.take_cycle_reads())
             .expect("it runs");
         let took = |pair: &[CycleRead]| pair[1].instructions - pair[0].instructions;
-        // The recording may begin within a tick. The reads of one tick follow each other; between two ticks the core now and
-        // then has much to do, which shows where they begin.
+        // The recording may begin within a tick. The reads of one tick follow each other closely. Between two ticks the core
+        // sometimes runs long, which shows where a tick begins.
         let ticks_from = |begin: usize| reads[begin..].chunks_exact(STAGES.len() + 1);
         let follow = |tick: &[CycleRead]| tick.windows(2).all(|pair| took(pair) < WITHIN_A_TICK);
         let begins: Vec<usize> = (0..=STAGES.len())
             .filter(|begin| ticks_from(*begin).all(follow))
             .collect();
         let [begin] = begins[..] else {
-            panic!("{name}: the reads of a tick begin at one place: {begins:?}");
+            panic!("{name}: a tick could begin at several places, or at none: {begins:?}");
         };
         let ticks: Vec<&[CycleRead]> = ticks_from(begin).collect();
         assert!(ticks.len() > 1_900, "{}", ticks.len());
@@ -127,7 +130,10 @@ fn no_soft_float_is_linked() {
     let roots = firmware()
         .functions(|name| name.contains("sqrtf"))
         .expect("the ELF has symbols");
-    assert!(roots.is_empty(), "the part has an instruction for that: {roots:?}");
+    assert!(
+        roots.is_empty(),
+        "the part has an instruction for square roots: {roots:?}"
+    );
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Kinds of faults that users of comparable machines have reported, flown by the flashed code.
+//! The kinds of faults that users of comparable machines have reported, flown by the flashed code.
 
 use board_emulator::run::{EmulatedBackend, EmulationSettings};
 use firmware::built_in;
@@ -136,7 +136,7 @@ fn the_file_of_a_wall_backs_off() {
     fly_file("wall-back-off");
 }
 
-/// The simulated bridges bear far less than the built-in vehicle says: one shuts itself down on a slope, and its fault output
+/// The simulated bridges bear far less than the built-in vehicle says: a bridge shuts itself down on a slope, and its fault output
 /// opens the others by the break.
 #[test]
 fn a_bridge_that_shuts_itself_down_opens_the_others() {
@@ -154,10 +154,10 @@ fn a_bridge_that_shuts_itself_down_opens_the_others() {
     let told = rows
         .iter()
         .position(|row| row.status.faults.contains(Fault::BridgeBreak));
-    let told = told.expect("told");
+    let told = told.expect("fault BridgeBreak");
     assert!(
         rows[..told].iter().any(|row| row.status.mode == Mode::Armed),
-        "it held the slope before"
+        "the vehicle never held the slope"
     );
     assert!(
         rows[told..]

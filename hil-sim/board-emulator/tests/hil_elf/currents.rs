@@ -1,5 +1,5 @@
-//! The motors' currents: sampled in the middle of the brake, in step with the PWM, or reported as stale; checked while
-//! the bridges are open.
+//! The motors' currents: the board samples them in the middle of the brake, in step with the PWM, reports them as stale without
+//! its trigger, and checks them while the bridges are open.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -22,18 +22,18 @@ const TRIGGER_COMPARE: u64 = 0x4001_005C;
 const COUNTS_PER_US: f64 = 200.0;
 const HALF_PERIOD_COUNTS: f64 = 5_000.0;
 
-/// How many times steeper than the real motors' the currents ripple, so that small duties show it: larger ones drive the
-/// wheels of a bench, whose arm feels nothing of it, until the vehicle takes its IMU for mad.
+/// How many times steeper the currents ripple here than in the real motors, so that small duties show the ripple. Larger duties
+/// would spin the wheels of the bench, whose arm does not react, until the vehicle finds its IMU implausible.
 const STEEPER: u32 = 5;
 /// Slope of a drive motor's current under the whole supply, A per us.
 const SLOPE_A_PER_US: f64 = STEEPER as f64 * BATTERY_V / BenchVehicle::INDUCTANCES_H[0] * 1e-6;
-/// The pins take whole mV, of 36 mA each.
+/// The pins carry whole mV, of 36 mA each.
 const ROUNDING_A: f64 = 0.036;
 /// A sample of a drive motor's current lies half of a conversion of 17 cycles at 16 MHz from the middle of the brake, and the
 /// converter hears the trigger half a cycle early or late.
 const FROM_MIDDLE_US: f64 = 0.5 * (17.0 + 1.0) / 16.0;
 
-/// The vehicle on the bench, and what its sensors show at each step of it.
+/// The vehicle on the bench, which records its sensors' outputs at each step.
 struct WatchedBench {
     bench: BenchVehicle,
     shown: Arc<Mutex<Vec<SensedAtPins>>>,
@@ -52,7 +52,7 @@ impl ClosedPlant for WatchedBench {
     }
 }
 
-/// A reading of a drive motor's current, with what flows.
+/// A reading of a drive motor's current, with the true mean current.
 #[derive(Debug, Clone, Copy)]
 struct Reading {
     read_a: f64,
@@ -72,8 +72,8 @@ impl Reading {
     }
 }
 
-/// The readings of the left and the right motor's current in a drive of some milliseconds forward and as many in reverse, with
-/// `before` done to the armed board.
+/// The readings of the left and the right motor's current in a drive of 250 ms forward and 250 ms in reverse, after `before` has
+/// acted on the armed board.
 fn readings(before: impl FnOnce(&mut Operator)) -> Vec<Reading> {
     const MILLISECONDS: u64 = 250;
     const SPEED_M_S: f32 = 0.8;
@@ -109,10 +109,10 @@ fn readings(before: impl FnOnce(&mut Operator)) -> Vec<Reading> {
         .map(|words| flight::decode(words).expect("a record"))
         .collect();
     let shown = shown.lock().expect("nobody panicked");
-    assert_eq!(records.len(), shown.len(), "a record for each step of the vehicle");
+    assert_eq!(records.len(), shown.len(), "not one record per step of the vehicle");
     assert!(records.len() > MILLISECONDS as usize);
-    // The record that a step finds is of the tick before, whose reading was made half a tick earlier still: after the step
-    // before the last one, and with the duties of the tick that followed that step.
+    // The record that a step finds belongs to the tick before. Its reading is half a tick older still: it was made after the
+    // step before the last, with the duties of the tick that followed that step.
     let mut readings = Vec::new();
     for n in 2..records.len() {
         let (record, flown, shown) = (&records[n], &records[n - 1], &shown[n - 2]);
@@ -144,8 +144,8 @@ fn a_reading_is_the_mean_of_the_current() {
         readings.len(),
         worst(&readings)
     );
-    // An edge would show: half of the ripple is several times what the reading may be off by.
-    assert!(largest > 0.1, "a duty with a ripple: {largest}");
+    // A sample at an edge would show: half of the ripple is several times the allowed error.
+    assert!(largest > 0.1, "no duty is large enough for a ripple: {largest}");
     let (forward, reverse): (Vec<Reading>, Vec<Reading>) = readings.iter().partition(|reading| reading.duty > 0.0);
     assert!(forward.len() > 50 && reverse.len() > 50);
     for reading in &readings {
@@ -157,7 +157,7 @@ fn a_reading_is_the_mean_of_the_current() {
     }
 }
 
-/// A trigger elsewhere in the period reads what flows there: the check above would see it.
+/// A trigger elsewhere in the period samples the current there: the check above would notice that.
 #[test]
 fn a_trigger_at_an_edge_reads_the_ripple() {
     // A quarter of a period before the middle of the brake, which is an edge at half duty.
@@ -170,7 +170,7 @@ fn a_trigger_at_an_edge_reads_the_ripple() {
     let worst = worst(&readings);
     println!("worst {worst:?}");
     assert!(worst.error_a().abs() > 4.0 * worst.most_a(), "{worst:?}");
-    // Under the brake the current falls by the duty's share of the slope, and is above its mean before the middle.
+    // During the brake the current falls by the duty's share of the slope; before the middle it is above its mean.
     for reading in &readings {
         let expected = reading.duty * SLOPE_A_PER_US * EARLIER_US;
         assert!(
@@ -192,8 +192,8 @@ fn register(board: &mut Operator, address: u64) -> u32 {
     value.expect("it runs").expect("the register answers")
 }
 
-/// The converter does not stop when it is told to: no reading comes any more, the vehicle stops and cannot be armed, and the
-/// control task, which the task of the inputs could hold up, lives on. Once the converter stops, the readings are back.
+/// The converter does not stop on command: no further reading comes, the vehicle stops and does not arm, and the control task, which
+/// the task of the inputs could hold up, keeps running. Once the converter stops, the readings return.
 #[test]
 fn a_converter_that_does_not_stop_is_told_and_hangs_nothing() {
     let mut board = ready();
@@ -213,15 +213,15 @@ fn a_converter_that_does_not_stop_is_told_and_hangs_nothing() {
     assert!(!board.status().vehicle.blockers.contains(Blocker::Analog));
 }
 
-/// The timer sends no trigger: the last currents grow stale and are reported as stale, the vehicle stops and cannot be
-/// armed, and nothing hangs. Once the trigger is back, so are the readings.
+/// The timer sends no trigger: the last currents grow stale, the status reports that, the vehicle stops and does not arm, and no task
+/// hangs. Once the trigger returns, the readings return.
 #[test]
 fn a_dead_trigger_is_told_and_stops_the_vehicle() {
     for (address, dead) in [(TRIGGER_CHOICE, 0), (TRIGGER_COMPARE, 0)] {
         let mut board = ready();
         board.arm();
         let before = register(&mut board, address);
-        assert_ne!(before, dead, "{address:#x}: the firmware has set it");
+        assert_ne!(before, dead, "{address:#x}: the firmware has not set the register");
         write(&mut board, address, dead);
         let address_of_record = flight::address(firmware()).expect("the record is the host's");
         let probed = board
@@ -248,7 +248,7 @@ fn a_dead_trigger_is_told_and_stops_the_vehicle() {
         // Longer than the critical tasks may be silent.
         board.run(500);
         let resets = board.emulation.at(|stopped| stopped.resets()).expect("it runs");
-        assert_eq!(resets, [], "{address:#x}: the task of the inputs lives on");
+        assert_eq!(resets, [], "{address:#x}: the task of the inputs hangs");
         assert!(
             board.status().vehicle.blockers.contains(Blocker::Analog),
             "{address:#x}"
@@ -275,7 +275,7 @@ fn the_converter_waits_for_the_timer() {
     }
 }
 
-/// The vehicle on the bench, with a sensor of the left motor's current that shows more than flows, in mV.
+/// The vehicle on the bench with an offset at the sensor of the left motor's current, in mV.
 struct MisreadBench {
     bench: BenchVehicle,
     added_mv: u32,
@@ -298,7 +298,7 @@ fn sensor_mv(amperes: f64) -> u32 {
     (amperes / f64::from(SCALES.analog.left_current.per_count) * 3300.0 / 65536.0).round() as u32
 }
 
-/// A board that has calibrated, with a sensor of the left motor's current that shows so much more than flows, in A.
+/// A board that has calibrated its gyros, with an offset of `shown_a` at the sensor of the left motor's current, in A.
 fn misread(shown_a: f64) -> Operator {
     let bench = MisreadBench {
         bench: BenchVehicle::new(BATTERY_V),

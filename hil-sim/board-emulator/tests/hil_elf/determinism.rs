@@ -8,7 +8,7 @@ use board_emulator::time::MS;
 
 use crate::support::{Operator, firmware, powered, ready};
 
-/// Hash of everything that a run shows, and how many instructions it took.
+/// Hash of a run's records, log and statuses, and the number of instructions of the run.
 fn digest(mut board: Operator) -> (u64, u64) {
     let record = flight::address(firmware()).expect("the record is the host's");
     board
@@ -39,7 +39,7 @@ fn two_runs_have_one_hash() {
     println!("{:016x}, {} instructions", first.0, first.1);
     assert_eq!(first, second);
     let (continued, instructions) = digest(ready());
-    assert_eq!(first.0, continued, "and so has a run that continued from a snapshot");
+    assert_eq!(first.0, continued, "a run that continued from a snapshot differs");
     // The snapshot ends one block of the translated code and begins another: the emulator's count may differ by the
     // instruction at that place, but the firmware's behaviour may not differ.
     assert!(first.1.abs_diff(instructions) <= 1, "{} and {instructions}", first.1);

@@ -108,7 +108,7 @@ fn the_slope_drive_is_the_virtual_boards() {
     assert!(peak(&position) < POSITION_PEAK_M);
 }
 
-/// A vehicle with larger wheels, stored in the flash: the firmware's odometry agrees with the plant.
+/// A vehicle with larger wheels is stored in the flash: the firmware's odometry agrees with the plant.
 #[test]
 fn a_vehicle_laid_into_the_flash_is_the_one_flown() {
     let mut scenario = scenario("emergency-stop");

@@ -20,9 +20,9 @@ fn assert_unharmed(board: &mut Operator) {
     assert_eq!(
         board.status().vehicle.refused_arms,
         0,
-        "nothing was taken for a request"
+        "the board took noise for a request"
     );
-    assert_eq!(board.client.unreadable_frames, 0, "what the board sends stays readable");
+    assert_eq!(board.client.unreadable_frames, 0, "frames of the board are unreadable");
 }
 
 #[test]
@@ -30,7 +30,7 @@ fn a_hundred_thousand_bytes_of_noise_move_nothing() {
     let mut board = ready();
     board.run(20);
     let before = board.status().link.unreadable_frames();
-    // Full rate is 92 bytes a millisecond.
+    // The line carries 92 bytes per millisecond.
     let bytes = noise(100_000, 0x1234_5678_9ABC_DEF1);
     let zeros = bytes.iter().filter(|byte| **byte == 0).count() as u32;
     board.emulation.send(&bytes).expect("the wire stands");
@@ -52,7 +52,10 @@ fn a_hundred_thousand_bytes_of_noise_move_nothing() {
     board.emulation.send(&[0]).expect("the wire stands");
     let asked = board.order(Order::Request(Request::ClearFaults)).expect("identified");
     board.run(50);
-    assert!(board.client.answer_to(asked).is_some(), "it still listens");
+    assert!(
+        board.client.answer_to(asked).is_some(),
+        "the board does not answer any more"
+    );
 }
 
 #[test]

@@ -1,5 +1,5 @@
-//! The boot loader in front of the firmware: an ordered image is installed, comes up and confirms itself; one that does not is
-//! rolled back; power that is lost meanwhile is made good; without an image nothing moves.
+//! The boot loader in front of the firmware. It installs an ordered image, which comes up and confirms itself, and rolls back an
+//! image that does not; it recovers from a loss of power; without an image no motor moves.
 
 use std::sync::Arc;
 
@@ -28,9 +28,9 @@ use crate::support::{BATTERY_V, Operator, firmware, noise, open, powered_part, r
 use crate::update::{PLACE, STORES, STORES_BYTES, ask, flash, image, piece};
 use crate::wire::EmulatedWire;
 
-/// Where the image runs: behind the boot loader, a second time on purpose.
+/// Where the image runs, behind the boot loader; stated here again on purpose.
 const RUNNING: u64 = 0x0802_0000;
-/// Where the image that ran before is kept.
+/// Where the boot loader keeps the previous image.
 const KEPT: u64 = 0x0814_0000;
 /// Bytes of each of the three places.
 const PLACE_BYTES: usize = 2 * FLASH_SECTOR_BYTES;
@@ -51,7 +51,7 @@ fn powered_with(part: PartSetup, contents: &[(u64, Vec<u8>)]) -> Operator {
     Operator::new(emulation.expect("the board powers up"))
 }
 
-/// What the three places hold now.
+/// The present contents of the three places.
 fn places(board: &mut Operator) -> Vec<(u64, Vec<u8>)> {
     [RUNNING, PLACE, KEPT]
         .map(|at| (at, flash(board, at, PLACE_BYTES)))
@@ -71,7 +71,7 @@ fn other(change: impl FnOnce(&mut [u8])) -> (Image, Vec<u8>) {
     (image, bytes)
 }
 
-/// Lets the other firmware's first instructions be these, in Thumb, behind its seal.
+/// The other firmware with these Thumb instructions, behind its seal, as its first.
 fn starting_with(code: &[u8]) -> (Image, Vec<u8>) {
     other(|bytes| {
         let at = SEAL_AT + SEAL_BYTES;
@@ -80,7 +80,7 @@ fn starting_with(code: &[u8]) -> (Image, Vec<u8>) {
     })
 }
 
-/// What the firmware under test leaves in the flash when it has stored an image and ordered its installation.
+/// The flash's contents once the firmware under test has stored an image and ordered its installation.
 fn ordered((announced, bytes): &(Image, Vec<u8>)) -> (u64, Vec<u8>) {
     let place = VirtualFlash::for_an_image();
     let mut store = UpdateStore::new(place.clone(), image().0.checksum);
@@ -106,7 +106,7 @@ fn version(board: &mut Operator) -> u8 {
     flash(board, RUNNING + SEAL_AT as u64, 64)[VERSION_AT]
 }
 
-/// What the firmware that runs says about the last update.
+/// The running firmware's answer about the last update.
 fn state(board: &mut Operator) -> UpdateState {
     board.client = LinkClient::new(2);
     board.run(100);
@@ -120,7 +120,7 @@ fn resets(board: &mut Operator) -> Vec<(u64, String)> {
     board.emulation.at(|stopped| stopped.resets()).expect("it runs")
 }
 
-/// Runs on, and checks all the while that every bridge is open.
+/// Runs on, and asserts every 50 ms that every bridge is open.
 fn runs_open(board: &mut Operator, milliseconds: u64) {
     for _ in 0..milliseconds / 50 {
         board.emulation.run_for(50 * MS).expect("it runs");
@@ -138,8 +138,8 @@ fn other_elf() -> Update {
     Update::of(&elf).expect("it is sealed")
 }
 
-/// The host's tool, from the first piece to the firmware's own word that it has come up: parameters and fault history are what
-/// they were, and the board drives.
+/// The host's tool sends an image, and waits until the new firmware reports that it has come up. Parameters and fault history stay,
+/// and the vehicle arms.
 #[test]
 fn an_image_over_the_link_is_installed_comes_up_and_is_confirmed() {
     let mut board = ready();
@@ -150,7 +150,7 @@ fn an_image_over_the_link_is_installed_comes_up_and_is_confirmed() {
     // A new set starts a new calibration.
     board.run(800);
     board.arm();
-    // A fault for the history: the stop is pressed, and let go.
+    // A fault for the history: the stop is pressed and released.
     board.act(|board, now| board.set_stop(now, true));
     board.run(500);
     board.command = None;
@@ -190,7 +190,7 @@ fn an_image_over_the_link_is_installed_comes_up_and_is_confirmed() {
         matches!(read, ParameterAnswer::Value { value, .. } if value == 0.27),
         "{read:?}"
     );
-    // And it stays.
+    // The image stays after a reset.
     board.emulation.at(|stopped| stopped.reset_by_pin()).expect("it runs");
     board.emulation.run_for(1_000 * MS).expect("it runs");
     assert_eq!(
@@ -202,7 +202,7 @@ fn an_image_over_the_link_is_installed_comes_up_and_is_confirmed() {
     assert_eq!(gaps::unexpected(&found), []);
 }
 
-/// While a new firmware writes that it has come up nobody arms the vehicle, which is free again afterwards.
+/// While a new firmware writes its confirmation the vehicle does not arm; afterwards it does.
 #[test]
 fn a_firmware_that_confirms_itself_keeps_the_vehicle_from_arming() {
     let mut board = restarting(PartSetup::default(), &other(|_| {}));
@@ -240,14 +240,14 @@ const UNDEFINED: [u8; 2] = [0x00, 0xDE];
 /// Thumb `b .`: hangs.
 const HANG: [u8; 2] = [0xFE, 0xE7];
 
-/// A sealed image that resets the part, faults or hangs at its first instruction is rolled back: one that hangs when the boot
-/// loader's watchdog bites, 32.8 s at the nominal oscillator.
+/// The boot loader rolls back a sealed image that resets the part, faults or hangs at its first instruction; an image that hangs
+/// after its watchdog has reset the part, 32.8 s at the nominal oscillator.
 #[test]
 fn an_image_that_does_not_come_up_is_rolled_back() {
     for (code, patience_ms) in [(&RESET[..], 0), (&UNDEFINED, 0), (&HANG, 33_000)] {
         let mut board = restarting(PartSetup::default(), &starting_with(code));
         runs_open(&mut board, INSTALLED_MS + patience_ms);
-        // Two sectors and one image again.
+        // The roll-back takes two sectors and one image again.
         runs_open(&mut board, INSTALLED_MS / 2);
         assert_eq!(version(&mut board), image().1[SEAL_AT + VERSION_AT], "{code:x?}");
         assert_eq!(state(&mut board), UpdateState::RolledBack);
@@ -257,7 +257,7 @@ fn an_image_that_does_not_come_up_is_rolled_back() {
     }
 }
 
-/// A firmware that finds something wrong with the board does not confirm itself, and goes back to the one before.
+/// A firmware whose self-test fails does not confirm itself, and the boot loader returns to the previous firmware.
 #[test]
 fn an_image_whose_self_test_fails_is_rolled_back() {
     let part = PartSetup {
@@ -266,13 +266,13 @@ fn an_image_whose_self_test_fails_is_rolled_back() {
     };
     let mut board = restarting(part, &other(|_| {}));
     runs_open(&mut board, INSTALLED_MS);
-    assert_eq!(version(&mut board), OTHER, "it is tried");
+    assert_eq!(version(&mut board), OTHER, "the image is not tried");
     runs_open(&mut board, 3_500 + INSTALLED_MS / 2);
     assert_eq!(version(&mut board), image().1[SEAL_AT + VERSION_AT]);
     assert_eq!(state(&mut board), UpdateState::RolledBack);
 }
 
-/// What was stored changes before it is installed: the firmware that ran runs on, and says that the other one never did.
+/// The stored image changes before its installation: the old firmware keeps running, and reports that the new one was not installed.
 #[test]
 fn an_ordered_image_that_has_changed_is_not_installed() {
     let (place, mut contents) = ordered(&other(|_| {}));
@@ -313,7 +313,7 @@ fn an_installation_that_loses_its_power_goes_on() {
     }
 }
 
-/// Mode of the red lamp's pin, PB14, and its level: port B's registers.
+/// Port B, with the red lamp's pin PB14, and the offset of its levels.
 const PORT_B: u64 = 0x5802_0400;
 const LEVELS: u64 = 0x14;
 
@@ -364,7 +364,7 @@ fn without_an_image_nothing_moves_and_the_lamp_blinks() {
             // The port has no clock before the lamp is used.
             levels.extend(level.ok().map(|level| level >> 14 & 1));
         }
-        // The loader has left Run* by itself: it may program the flash.
+        // The loader itself has configured the core's supply (left Run*), without which it may not program the flash.
         let power = board.emulation.at(|stopped| stopped.register(POWER_STATUS));
         let power = power.expect("it runs").expect("a register");
         assert_eq!(power & VOLTAGE_VALID, VOLTAGE_VALID);

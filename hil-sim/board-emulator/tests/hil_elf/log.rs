@@ -15,9 +15,9 @@ const READ: u64 = 40;
 const MODE: u64 = 44;
 /// "Block if full": the mode that a debugger's log reader sets when it attaches.
 const BLOCK_IF_FULL: u32 = 2;
-/// How long the vehicle drives without a reader, in ms: a log line or two, each of which could block.
+/// How long the vehicle drives without a reader, in ms: time for a log line or two, each of which could block.
 const DRIVEN_MS: u64 = 1500;
-/// Distance of the reader ahead of the writer, in bytes: no room, room for the beginning of a line, room for some lines.
+/// Distance of the reader ahead of the writer, in bytes: no room, room for the beginning of a line, and room for some lines.
 const ROOMS: [u32; 3] = [1, 12, 100];
 
 /// A log reader attached, set the channel to block, and was unplugged: the buffer is full and nobody drains it. The
@@ -74,6 +74,6 @@ fn drives_on_with(board: &mut Operator, room: u32) {
         })
         .expect("it runs")
         .expect("the control block is in RAM");
-    assert_eq!(mode, BLOCK_IF_FULL, "the firmware leaves the mode alone");
-    assert_ne!(wrote, written, "the firmware went on logging");
+    assert_eq!(mode, BLOCK_IF_FULL, "the firmware changes the mode");
+    assert_ne!(wrote, written, "the firmware stops logging");
 }

@@ -1,7 +1,7 @@
-//! The memory: the image's seal, the test of the RAM, words of the image that cannot be read.
+//! The memory: the image's seal, the test of the RAM, and words of the image that cannot be read.
 //!
-//! The boards of these tests start without the boot loader, as option bytes can have it: the firmware's own check is the
-//! subject, and the boot loader would not start an image that it is to find fault with.
+//! The boards of these tests start without the boot loader, which the option bytes allow: the tests check the firmware's own
+//! checks, and the boot loader would not start a bad image.
 
 use board_emulator::board::{MemoryFault, PartSetup};
 use board_emulator::time::MS;
@@ -38,7 +38,7 @@ fn write(board: &mut Operator, at: u64, bytes: Vec<u8>) {
     written.expect("it runs").expect("it is memory");
 }
 
-/// A firmware whose seal has no numbers, as a plain build leaves it, boots and talks, and does not arm.
+/// A firmware whose seal has no numbers, as after a plain build, boots and answers, but does not arm.
 #[test]
 fn an_image_without_its_checksum_does_not_arm() {
     let mut board = powered_part(without_loader(), &[]);
@@ -47,7 +47,7 @@ fn an_image_without_its_checksum_does_not_arm() {
     blocks_alone(&mut board, Blocker::Unsealed);
 }
 
-/// One bit of a message that is never shown: the board does not arm with a firmware that is not the one that was built.
+/// One bit of a message that is never shown has changed: the board does not arm with a firmware that is not the one that was built.
 #[test]
 fn an_image_of_which_a_bit_has_changed_does_not_arm() {
     let mut board = powered_part(without_loader(), &[]);
@@ -69,7 +69,7 @@ fn resets(board: &mut Operator) -> usize {
     board.emulation.at(|stopped| stopped.resets()).expect("it runs").len()
 }
 
-/// The board reports a word of the image that cannot be read; the word is no reason to restart.
+/// The board reports an unreadable word of the image, and does not restart because of it.
 #[test]
 fn a_word_of_the_image_that_cannot_be_read_does_not_arm() {
     let mut sound = powered_part(without_loader(), &[]);
@@ -80,8 +80,8 @@ fn a_word_of_the_image_that_cannot_be_read_does_not_arm() {
     assert_eq!(resets(&mut board), 0);
 }
 
-/// Wherever in the image the word lies: either the board starts and reports it, or, where the start itself needs the
-/// word, the board restarts again and again. The bridges stay open.
+/// Wherever in the image the word lies, the board either starts and reports the word or, if the start itself needs the word, restarts
+/// again and again. The bridges stay open.
 #[test]
 fn no_unreadable_word_of_the_image_lets_the_board_arm() {
     const PLACES: u64 = 8;
@@ -150,8 +150,8 @@ fn a_word_that_goes_bad_while_armed_opens_the_bridges() {
     );
 }
 
-/// A bit that sticks, in the AXI SRAM where nothing lives, in the test's own result, in the DTCM where nothing lives, and at
-/// the bottom of the stack.
+/// A stuck bit in an unused part of the AXI SRAM, in the test's own result, in an unused part of the DTCM, and at the bottom of the
+/// stack.
 #[test]
 fn bits_of_the_ram_that_stick_do_not_arm() {
     let (result, _) = firmware().symbol("RAM_TEST").expect("the firmware has it");

@@ -1,4 +1,4 @@
-//! Stored parameters on the emulated flash: kept over resets, and either old or new after a power cut.
+//! Stored parameters on the emulated flash: they survive resets, and after a power cut the set is the old or the new one.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -21,7 +21,7 @@ use model::vehicle::{Vehicle, VehicleParameters};
 use crate::support::{BATTERY_V, Operator, STARTED_MS, firmware, noise, powered, ready};
 
 const REGION_BYTES: usize = PARAMETER_SECTORS * FLASH_SECTOR_BYTES;
-/// Most boots from the states that power cuts of one store leave.
+/// Largest number of boots from the states that power cuts of one store leave.
 const BOOTS_MAX: usize = 50;
 /// The parameter that the tests change: its number, and two values in its range.
 const NUMBER: u16 = 0;
@@ -57,7 +57,7 @@ fn write(board: &mut Operator, value: f32) {
 }
 
 fn log_has(board: &mut Operator, text: &str) -> bool {
-    // The end of a line: one message may be the start of another.
+    // Compared with the end of a line, because one message may be the beginning of another.
     board.log().iter().any(|line| line.ends_with(text))
 }
 
@@ -104,7 +104,7 @@ fn nothing_is_stored_out_of_range_or_while_armed() {
     assert_eq!(board.ask(ParameterRequest::Store), ParameterAnswer::Armed);
     assert!(
         region(&mut board).iter().all(|byte| *byte == 0xFF),
-        "the flash is untouched"
+        "the flash has changed"
     );
 }
 
@@ -134,7 +134,7 @@ fn a_power_cut_leaves_the_old_or_the_new_set() {
         assert!(cuts >= 50, "{cuts}");
         assert!(states.len() >= 4, "{} different states", states.len());
         let mut seen = BTreeMap::new();
-        // Boots take their time: of many states every few, and the last one.
+        // Boots take time: from many states the test boots only some, and the last.
         let every = states.len().div_ceil(BOOTS_MAX);
         for state in states.iter().rev().step_by(every) {
             let mut cut = powered_with(state);
@@ -146,7 +146,7 @@ fn a_power_cut_leaves_the_old_or_the_new_set() {
             assert_eq!(resets, []);
         }
         println!("{cuts} cuts, {} different states, by value: {seen:?}", states.len());
-        assert_eq!(seen.len(), 2, "before and after are both among them");
+        assert_eq!(seen.len(), 2, "only old or only new sets are among the states");
         // After the last cut, parameters can still be stored.
         let mut after = powered_with(states.last().expect("a state"));
         after.run(STARTED_MS);

@@ -1,5 +1,4 @@
-//! The part's flash when it fails: flags that stay, sectors that are protected, words that cannot be read; and settings that
-//! the part's errata ask for.
+//! Failures of the part's flash (flags that stay, protected sectors, unreadable words), and settings that the part's errata demand.
 
 use board_emulator::board::{MemoryFault, PartSetup};
 use board_emulator::time::MS;
@@ -20,7 +19,7 @@ const ERRORS: [u32; 5] = [1 << 17, 1 << 18, 1 << 19, 1 << 21, 1 << 25];
 /// The parameter that the tests change, and its value.
 const CHANGE: ParameterRequest = ParameterRequest::Write { number: 0, value: 0.27 };
 
-/// An error of before, in either bank, fails no later write.
+/// Flags of an earlier error in either bank do not make a later store fail.
 #[test]
 fn flags_of_an_earlier_error_fail_no_store() {
     for bank in [0, 1] {
@@ -35,7 +34,7 @@ fn flags_of_an_earlier_error_fail_no_store() {
     }
 }
 
-/// While the part's supply is about to fail, the status names it, no store begins, and no update.
+/// While the part's supply is low, the status reports that, and the board begins neither a store nor an update.
 #[test]
 fn a_low_supply_refuses_to_store() {
     let mut board = ready();
@@ -65,7 +64,7 @@ fn a_low_supply_refuses_to_store() {
     assert_eq!(board.ask(ParameterRequest::Store), ParameterAnswer::Stored);
 }
 
-/// The flash refuses to write a protected sector and ends nothing: the board answers all the same.
+/// The flash refuses to write a protected sector and never ends the operation: the board answers all the same.
 #[test]
 fn a_protected_sector_ends_in_an_answer() {
     let mut board = powered_part(
@@ -88,13 +87,13 @@ fn a_protected_sector_ends_in_an_answer() {
     assert_ne!(answer, Answer::Parameters(ParameterAnswer::Stored));
 }
 
-/// Words of the store that cannot be read, all of them or one that holds something: the board starts, without a
-/// reset. It flies the stored set, if the word does not matter to the set, or it reports that it flies the built-in
-/// set, and does not arm. Unreadable words of the fault history do not keep the vehicle from driving.
+/// All words of the store cannot be read, or one written word: the board starts without a reset. It takes the stored set, if the set
+/// does not need the word; otherwise it takes the built-in set, reports that, and does not arm. Unreadable words of the fault history
+/// do not block arming.
 #[test]
 fn a_store_that_cannot_be_read_blocks_arming() {
     const WORD: u64 = FLASH_WORD_BYTES as u64;
-    /// Most words of the set that are tried one by one.
+    /// Largest number of words of the set that the test tries one by one.
     const WORDS_MAX: usize = 10;
     let vehicle = Vehicle::new(built_in::PARAMETERS.cast::<f64>()).expect("valid");
     let (start, set) = stored::set(&vehicle).expect("it fits");
@@ -127,7 +126,7 @@ fn a_store_that_cannot_be_read_blocks_arming() {
         assert_eq!(blocked(board), lost, "{first:#x}");
         lost
     };
-    // Boots take their time: of many words every few.
+    // Boots take time: of many words the test tries only some.
     let some: Vec<u64> = written
         .iter()
         .copied()
@@ -139,7 +138,7 @@ fn a_store_that_cannot_be_read_blocks_arming() {
         let mut board = boot(Some(MemoryFault::unreadable(first, WORD)));
         without += usize::from(lost(&mut board, first));
     }
-    assert!(2 * without > words, "{without} of {words}: most words hold the set");
+    assert!(2 * without > words, "only {without} of {words} words lose the set");
     let store = (PARAMETER_SECTORS * FLASH_SECTOR_BYTES) as u64;
     let mut board = boot(Some(MemoryFault::unreadable(REGION, store)));
     assert!(lost(&mut board, REGION));
@@ -150,8 +149,8 @@ fn a_store_that_cannot_be_read_blocks_arming() {
     )))));
 }
 
-/// The streams of the DMA that serve the link's USART make bufferable transfers: without that setting (TRBUFF) one that meets
-/// another transfer can stay locked (ES0392 2.20.4), and the link would be dead until the next reset.
+/// The DMA streams of the link's USART make bufferable transfers: without that setting (TRBUFF) a stream that meets another transfer
+/// can stay locked (ES0392 2.20.4), and the link would be dead until the next reset.
 #[test]
 fn the_links_streams_make_bufferable_transfers() {
     /// Control registers of DMA1's streams 0, in, and 1, out.
@@ -161,8 +160,8 @@ fn the_links_streams_make_bufferable_transfers() {
     let mut board = ready();
     board.run(100);
     for register in CONTROL {
-        // The setting counts while a transfer runs; the driver clears the register of a stream that it has stopped. A status
-        // is on the wire for 3 ms of every 10.
+        // The setting matters while a transfer runs; the driver clears the register of a stopped stream. A status is on the wire
+        // for 3 ms of every 10 ms.
         let running = (0..80).find_map(|_| {
             board.emulation.run_for(MS / 4).expect("it runs");
             let control = board.emulation.at(move |stopped| stopped.register(register));

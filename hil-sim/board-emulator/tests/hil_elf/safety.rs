@@ -25,12 +25,12 @@ fn bridges(emulation: &mut Emulation) -> [BridgeOutput; 3] {
     emulation.at(|stopped| stopped.bridges()).expect("it runs")
 }
 
-/// Puts an endless loop at the start of a function of the firmware; returns its address and what was there.
+/// Puts an endless loop at the start of a function of the firmware; returns the function's address and the replaced bytes.
 fn hang(emulation: &mut Emulation, function: &str) -> (u64, Vec<u8>) {
     patch(emulation, function, ENDLESS_LOOP)
 }
 
-/// Puts an instruction at the start of a function of the firmware; returns its address and what was there.
+/// Puts an instruction at the start of a function of the firmware; returns the function's address and the replaced bytes.
 fn patch(emulation: &mut Emulation, function: &str, instruction: [u8; 2]) -> (u64, Vec<u8>) {
     let address = firmware().symbol(function).expect("the firmware has it").0 & !1;
     let before = emulation
@@ -56,7 +56,7 @@ fn the_stop_opens_the_bridges_in_10_us_with_the_cpu_in_an_endless_loop() {
     assert!(stuck > 0);
     assert!(
         switching(bridges(&mut board.emulation)),
-        "a hung CPU alone does not stop the timer"
+        "a hung CPU alone stops the timer"
     );
 
     let pressed_at = board.emulation.now();
@@ -86,7 +86,7 @@ fn the_stops_first_contact_alone_disarms_within_a_tick() {
         .expect("it runs");
     let opened = first_open(&mut board, pressed_at, 5 * MS, 20 * US);
     println!("bridges open {} us after the press", (opened - pressed_at) / US);
-    // One tick, and the time for which a tick waits for the IMU.
+    // One tick, and the time for which a tick may wait for the IMU.
     assert!(opened - pressed_at <= 1500 * US, "{} us", (opened - pressed_at) / US);
     board.run(50);
     assert_eq!(board.status().vehicle.mode, Mode::Disarmed);
@@ -121,14 +121,16 @@ fn a_driver_fault_stays_open_until_it_is_cleared() {
             })
             .expect("it runs");
         board.run(20);
-        assert!(open(bridges(&mut board.emulation)), "also after the fault is gone");
+        assert!(
+            open(bridges(&mut board.emulation)),
+            "the bridges close once the fault is gone"
+        );
     }
     assert!(board.status().vehicle.faults.contains(Fault::BridgeBreak));
     assert_eq!(board.status().vehicle.mode, Mode::Disarmed);
 }
 
-/// Undoes a patch and runs for a second, in which the part starts with its bridges open throughout; returns the
-/// log.
+/// Undoes a patch and runs for a second, in which the part starts and its bridges must stay open; returns the log.
 fn mended(board: &mut Operator, address: u64, before: Vec<u8>) -> Vec<String> {
     board
         .emulation
@@ -148,7 +150,7 @@ fn mended(board: &mut Operator, address: u64, before: Vec<u8>) -> Vec<String> {
 /// and the log names the cause.
 #[test]
 fn the_watchdog_resets_a_hung_part() {
-    // The interrupt of the control tasks; the clock of all tasks.
+    // The interrupt of the control tasks, and the clock of all tasks.
     for function in ["UART5", "TIM5"] {
         let mut board = ready();
         let hung_at = board.emulation.now();
@@ -167,7 +169,7 @@ fn the_watchdog_resets_a_hung_part() {
         let reset_at = reset_at.expect("the watchdog resets the part");
         println!("{function} hung: reset after {} us", (reset_at - hung_at) / US);
         assert!(reset_at - hung_at <= 40 * MS);
-        assert!(reset_at - hung_at >= 10 * MS, "one late tick causes no reset");
+        assert!(reset_at - hung_at >= 10 * MS, "one late tick causes a reset");
 
         let log = mended(&mut board, address, before);
         assert!(log.iter().any(|line| line.contains("reset by watchdog")), "{log:#?}");
@@ -202,9 +204,9 @@ fn a_fault_opens_the_bridges_and_its_message_outlives_the_reset() {
     let opened = first_open(&mut board, faulted_at, 5 * MS, 20 * US);
     println!("bridges open {} us after the patch", (opened - faulted_at) / US);
     assert!(opened - faulted_at <= 1100 * US);
-    // It is the firmware that opens them: the reset, which would, comes only after the message is written.
+    // The firmware itself opens the bridges: the reset, which would open them too, comes only after the message is written.
     let mut resets = board.emulation.at(|stopped| stopped.resets()).expect("it runs");
-    assert_eq!(resets, [], "the bridges are open before the reset");
+    assert_eq!(resets, [], "the bridges open only with the reset");
     while resets.is_empty() && board.emulation.now() < opened + 5 * MS {
         board.emulation.run_for(100 * US).expect("it runs");
         resets = board.emulation.at(|stopped| stopped.resets()).expect("it runs");

@@ -23,11 +23,11 @@ use crate::support::firmware;
 mod listened;
 use listened::Listened;
 
-/// After this time of the host a test gives up instead of hanging; nothing is measured by it.
+/// After this time of the host's clock a test gives up instead of hanging; the time measures nothing.
 const GIVE_UP: Duration = Duration::from_mins(3);
 
-/// A port of the served board with the board's own clock: however slow this machine is, the tool hears a board that answers
-/// in time. The clock stands where the last status says, and goes on over restarts.
+/// A port of the served board that takes its time from the board's statuses, over restarts too: however slow this machine is, the
+/// board answers the tool in time.
 struct BoardTimedPort {
     port: Port,
     opened: Instant,
@@ -61,7 +61,7 @@ impl Wire for BoardTimedPort {
     }
 
     fn receive(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
-        assert!(self.opened.elapsed() < GIVE_UP, "it hangs");
+        assert!(self.opened.elapsed() < GIVE_UP, "the test hangs");
         if self.now_us >= self.cut_us {
             return Err(io::ErrorKind::BrokenPipe.into());
         }
@@ -69,7 +69,7 @@ impl Wire for BoardTimedPort {
         for byte in &bytes[..length] {
             if let Received::Message(BoardMessage::Status(status)) = self.decoder.push(*byte) {
                 let board_us = status.vehicle.time_us;
-                // A board that has booted since begins with 0 again.
+                // After a boot the board's time begins at 0 again.
                 self.now_us += self.board_us.map_or(0, |last| board_us.saturating_sub(last));
                 self.board_us = Some(board_us);
             }
@@ -82,7 +82,7 @@ impl Wire for BoardTimedPort {
     }
 }
 
-/// The tool's command line, as far as it is tried here.
+/// The command line of `hil-sim link`.
 #[derive(Parser)]
 struct Tool {
     #[command(flatten)]
@@ -96,7 +96,7 @@ fn serve(arguments: &[&str]) -> Listened {
     Listened::start(command.env(ELF_VARIABLE, firmware().path()), GIVE_UP)
 }
 
-/// Runs the link tool at a port, which breaks after `cut_s` seconds: how it ends, and what it shows.
+/// Runs the link tool at a port that breaks after `cut_s` seconds; returns the tool's result and output.
 fn link_until(cut_s: f64, port: &str, arguments: &[&str]) -> (Result<(), CommandError>, String) {
     let line = [&["link", "--port", port], arguments].concat();
     let tool = Tool::try_parse_from(line).expect("understood");
@@ -109,14 +109,14 @@ fn link_until(cut_s: f64, port: &str, arguments: &[&str]) -> (Result<(), Command
     (ended, String::from_utf8(console.0).expect("text"))
 }
 
-/// Runs the link tool at a port to its good end; what it shows.
+/// Runs the link tool at a port, asserts that it succeeds, and returns its output.
 fn link_at(port: &str, arguments: &[&str]) -> String {
     let (ended, text) = link_until(f64::INFINITY, port, arguments);
     ended.unwrap_or_else(|error| panic!("{arguments:?}: {error}: {text}"));
     text
 }
 
-/// A file that is not there yet.
+/// The path of a file that does not exist yet.
 fn new_file(name: &str) -> PathBuf {
     let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = std::fs::remove_file(&path);
@@ -133,7 +133,7 @@ fn a_served_elf_is_driven_over_every_kind_of_port() {
     let text = link_at(&websocket, &["status", "--seconds", "0.3"]);
     assert!(text.contains("disarmed: "), "{text}");
 
-    // A machine that is busy with other work may make the operator fall silent: then the board stops, and says so.
+    // On a busy machine the operator may fall silent: the vehicle then stops and reports why.
     let recorded = new_file("served.mcap");
     let drive = ["drive", "--speed-m-s", "0.3", "--seconds", "1"];
     let driven = (0..5).find_map(|_| {
@@ -153,14 +153,14 @@ fn a_served_elf_is_driven_over_every_kind_of_port() {
             Err(error) => panic!("{error}: {text}"),
         }
     });
-    let text = driven.expect("an operator that is heard");
+    let text = driven.expect("a drive without a silent operator");
     assert!(text.starts_with("armed: ") && text.contains(" 0 blocks lost"), "{text}");
     let read = record_file::parse(&std::fs::read(&recorded).expect("written")).expect("readable");
     // In this record the vehicle stands, drives for 1 s and stops.
     assert!(read.records().count() > 1000, "{}", read.records().count());
     assert!(read.log().any(|line| line.text == "armed"), "{:?}", read.boots[0].log);
 
-    // An operator who vanishes has fallen silent: the board stops by itself and keeps the fault.
+    // An operator who vanishes is silent: the vehicle stops by itself, and the board keeps the fault.
     let (ended, _) = link_until(2.0, &websocket, &["drive", "--speed-m-s", "0.3", "--seconds", "60"]);
     assert!(ended.is_err());
     served.wait_for("left, and has driven");
@@ -189,8 +189,7 @@ fn a_served_elf_is_driven_over_every_kind_of_port() {
     link_at(&tcp, &["disarm"]);
 }
 
-/// `cargo run -- serve --board emulated`, the whole command: it ends with the board that it serves, and no emulator goes on
-/// without it.
+/// The whole command `cargo run -- serve --board emulated`: it ends together with its emulator, whatever ends it.
 #[cfg(unix)]
 #[test]
 fn the_command_and_its_emulator_end_together() {
@@ -203,7 +202,7 @@ fn the_command_and_its_emulator_end_together() {
             .env(ELF_VARIABLE, firmware().path());
         command
     };
-    // However long it takes.
+    // However long the build takes.
     assert!(
         cargo(&["build", "--package", "hil-sim"])
             .status()
@@ -235,17 +234,14 @@ fn the_command_and_its_emulator_end_together() {
         served.signal(signal);
         assert_eq!(served.process.wait().expect("ended").code(), code, "{signal}");
         let address = port.strip_prefix("tcp:").expect("a TCP port");
-        assert!(
-            TcpStream::connect(address).is_err(),
-            "{signal}: an emulator is still there"
-        );
+        assert!(TcpStream::connect(address).is_err(), "{signal}: an emulator still runs");
     }
 }
 
 /// An update runs completely, as on the drive board: sent, installed by the boot loader, confirmed.
 #[test]
 fn a_served_elf_takes_an_update_and_comes_up_with_it() {
-    // As fast as this machine can: nobody drives.
+    // As fast as this machine allows, because nobody drives.
     let served = serve(&["--websocket", "127.0.0.1:0", "--rate", "100"]);
     let port = served.wait_for("board at ");
     let text = link_at(&port, &["update", firmware().path().to_str().expect("utf-8")]);

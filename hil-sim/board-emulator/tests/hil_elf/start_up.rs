@@ -1,4 +1,4 @@
-//! Start-up: what power-up leaves in the RAM, the clock that is missing or stops, the self-test.
+//! Start-up: the RAM after power-up, a clock that is missing or stops, and the self-test.
 
 use board_emulator::board::{BridgeBreak, PartSetup};
 use board_emulator::run::{Emulation, EmulationSettings};
@@ -15,10 +15,10 @@ use crate::support::{BATTERY_V, Operator, blocks_alone, firmware, log_has, open,
 
 /// The RAM as the part has it: AXI SRAM and DTCM.
 const RAM: [(u64, usize); 2] = [(0x2400_0000, 512 * 1024), (0x2000_0000, 128 * 1024)];
-/// What the number of a boot would be if the random number generator had given nothing.
+/// The number of a boot if the random number generator gave nothing.
 const BOOT_WITHOUT_RANDOM: u32 = 0x9E37_79B9;
 
-/// Power-up leaves anything in the RAM: the firmware writes every word before it reads one.
+/// The RAM has any contents after power-up: the start writes every word before the firmware uses the RAM.
 #[test]
 fn every_word_of_the_ram_is_written_after_power_up() {
     let garbage: Vec<_> = RAM.iter().map(|(at, bytes)| (*at, vec![0xA5; *bytes])).collect();
@@ -32,23 +32,23 @@ fn every_word_of_the_ram_is_written_after_power_up() {
         assert_eq!(left, None, "the word at {at:#010x} + 8 x");
     }
     let boot = board.client.identity().expect("identified").about.boot;
-    assert_ne!(boot, BOOT_WITHOUT_RANDOM, "zeroed RAM gives no number of a boot");
+    assert_ne!(boot, BOOT_WITHOUT_RANDOM, "the boot's number comes from zeroed RAM");
 }
 
-/// Until the voltage of its core is valid the part permits no write to the RAM (RM0433 6.4.1): neither the boot loader nor a
-/// firmware that starts without it writes a word before.
+/// Until the voltage of its core is valid, the part permits no write to the RAM (RM0433 6.4.1): neither the boot loader nor a firmware
+/// that starts without it writes a word before that.
 #[test]
 fn nothing_writes_the_ram_before_the_cores_voltage_is_valid() {
     /// Power controller: its status, and the bit that the voltage is valid (ACTVOSRDY).
     const STATUS: u64 = 0x5802_4804;
     const VALID: u32 = 1 << 13;
-    /// An instruction's time, ns, and how many are looked at: ten times those that the regulator of the emulated part takes.
+    /// The time of an instruction, ns, and the number of instructions to watch: ten times as many as the emulated part's regulator takes.
     const INSTRUCTION: u64 = 10;
     const INSTRUCTIONS: usize = 10_000;
     const GARBAGE: u8 = 0xA5;
     for boot_address in [PartSetup::default().boot_address, IMAGE_START] {
         let settings = EmulationSettings {
-            // The run first stops there: before the regulator is ready.
+            // The run first stops after this interval, before the regulator is ready.
             plant_interval: US,
             part: PartSetup {
                 boot_address,
@@ -85,7 +85,7 @@ fn nothing_writes_the_ram_before_the_cores_voltage_is_valid() {
     }
 }
 
-/// Without the external clock the board runs from its own oscillator, at the same rates, says so, and drives.
+/// Without the external clock the board runs from its own oscillator, at the same rates, reports that, and arms.
 #[test]
 fn without_the_external_clock_the_board_runs_from_its_own() {
     let mut board = powered_part(
@@ -121,8 +121,8 @@ fn handler() -> u64 {
     firmware().symbol("TIM5").expect("the firmware has it").0 & !1
 }
 
-/// Thumb: `movw r0, #0xED04; movt r0, #0xE000; mov r1, #0x80000000; str r1, [r0]; b .`: pends the non-maskable interrupt,
-/// which the emulated part's clocks do not.
+/// Thumb: `movw r0, #0xED04; movt r0, #0xE000; mov r1, #0x80000000; str r1, [r0]; b .`: pends the non-maskable interrupt, which the
+/// emulated part's clock monitor does not.
 const PEND_NMI: [u8; 16] = [
     0x4E, 0xF6, 0x04, 0x50, 0xCE, 0xF2, 0x00, 0x00, 0x4F, 0xF0, 0x00, 0x41, 0x01, 0x60, 0xFE, 0xE7,
 ];
@@ -155,7 +155,7 @@ fn a_clock_that_stops_opens_the_bridges() {
         }
     }
     assert!(!resets.is_empty(), "the interrupt ends the run");
-    // Before the boot loader reads it: it would not start an image that was changed.
+    // Restored before the boot loader reads it, because the boot loader does not start a changed image.
     board
         .emulation
         .at(move |stopped| stopped.write(handler(), &before))
@@ -168,7 +168,7 @@ fn a_clock_that_stops_opens_the_bridges() {
     assert!(log_has(&mut board, "the last run ended: the external clock stopped"));
 }
 
-/// A break that only the system's flag shows is a break like any other.
+/// A break that shows only in the system's flag is latched like any other.
 #[test]
 fn a_supply_that_falls_is_a_break_until_it_is_cleared() {
     let mut board = ready();
@@ -189,9 +189,8 @@ fn a_supply_that_falls_is_a_break_until_it_is_cleared() {
     assert!(!open(&mut board));
 }
 
-/// The system's break alone, while nothing is driven: the supply falls for a moment. No other flag rises and no output
-/// goes off, so that only the system's flag tells; on the part it must be cleared before the outputs can be enabled again
-/// (RM0433 38.4.5).
+/// The supply falls for a moment while the bridges are open. No output goes off, and only the system's flag shows the break. On the
+/// part, the flag must be cleared before the outputs can be enabled again (RM0433 38.4.5).
 #[test]
 fn a_systems_break_blocks_arming_until_it_is_cleared() {
     /// Status registers of TIM1 and TIM8, and their flag of the system's break (SBIF).
@@ -262,7 +261,7 @@ fn contacts_that_disagree_are_told_until_faults_are_cleared() {
     board.run(50);
     assert!(
         !board.status().vehicle.blockers.contains(Blocker::StopContacts),
-        "50 ms are no disagreement"
+        "the status reports a disagreement after 50 ms"
     );
     board.run(150);
     assert!(board.status().vehicle.blockers.contains(Blocker::StopContacts));
@@ -270,7 +269,7 @@ fn contacts_that_disagree_are_told_until_faults_are_cleared() {
     board.run(300);
     assert!(
         board.status().vehicle.blockers.contains(Blocker::StopContacts),
-        "a contact does not mend itself"
+        "the report ends without ClearFaults"
     );
     board.request(Request::ClearFaults);
     assert!(!board.status().vehicle.blockers.contains(Blocker::StopContacts));
@@ -292,7 +291,7 @@ fn each_item_of_the_self_test_is_logged() {
     assert!(log_has(&mut board, "self-test: silicon revision 0x2003"));
 }
 
-/// The board reports each item that fails, and the item blocks arming, alone.
+/// The board reports each item that fails, and that item alone blocks arming.
 #[test]
 fn each_item_of_the_self_test_blocks_arming() {
     let good = PartSetup::default();
@@ -318,8 +317,8 @@ fn each_item_of_the_self_test_blocks_arming() {
     }
 }
 
-/// A sector that firmware or boot loader writes is protected, of every kind that either writes: in bank 1 the running image's
-/// first and last, in bank 2 the arrived image's, the kept image's, the fault history's and the parameters'.
+/// A sector that firmware or boot loader writes is protected, one of every kind: in bank 1 the running image's first and last, in
+/// bank 2 those of the arrived image, the kept image, the fault history and the parameters.
 #[test]
 fn a_protected_sector_that_is_written_blocks_arming() {
     for writable_sectors in [
@@ -340,7 +339,7 @@ fn a_protected_sector_that_is_written_blocks_arming() {
     }
 }
 
-/// A break of a bridges' timer that does nothing when software asks for it: each of the three that the bridges have.
+/// Each of the three breaks of the bridges' timers does nothing when the self-test triggers it.
 #[test]
 fn a_break_that_does_nothing_blocks_arming() {
     for (timer, nth) in [(0, 0), (1, 0), (1, 1)] {

@@ -105,14 +105,14 @@ impl Operator {
         }
     }
 
-    /// Asks the board who it is, if it has not said so yet.
+    /// Asks the board to identify itself, if it has not done so yet.
     fn identify(&mut self) {
         if self.client.identity().is_none() {
             self.emulation.send(&self.client.identify()).expect("the wire stands");
         }
     }
 
-    /// Gives an order and returns its number; nothing before the board has said who it is.
+    /// Gives an order and returns its number. Before the board has identified itself, sends nothing.
     pub fn order(&mut self, order: Order) -> Option<u32> {
         let now_us = self.emulation.now() / 1000;
         let (sequence, frame) = self.client.order(now_us, order)?;
@@ -202,12 +202,12 @@ impl Operator {
     }
 }
 
-/// Whether a line of the log holds `text`.
+/// Whether a line of the log contains `text`.
 pub fn log_has(board: &mut Operator, text: &str) -> bool {
     board.log().iter().any(|line| line.contains(text))
 }
 
-/// The board boots, reports this blocker, and does not arm for this reason alone.
+/// Asserts that the board boots, reports this blocker, and refuses to arm because of this blocker alone.
 pub fn blocks_alone(board: &mut Operator, blocker: Blocker) {
     board.command = Some((0.0, 0.0));
     board.run(800);

@@ -1,4 +1,5 @@
-//! An image over the link into the part's flash: stored and checked while the control loop runs on, and refused while armed.
+//! An image over the link into the part's flash: the board stores and checks it while the control loop keeps running, and refuses
+//! it while armed.
 
 use board_emulator::time::MS;
 use board_emulator::vehicle::stored::REGION;
@@ -17,7 +18,7 @@ use crate::support::{Operator, firmware, ready};
 
 /// Where the image arrives: the start of bank 2.
 pub const PLACE: u64 = 0x0810_0000;
-/// What must stay as it is: fault history and parameters.
+/// Fault history and parameters, which must not change.
 pub const STORES: u64 = REGION - (HISTORY_SECTORS * FLASH_SECTOR_BYTES) as u64;
 pub const STORES_BYTES: usize = (HISTORY_SECTORS + PARAMETER_SECTORS) * FLASH_SECTOR_BYTES;
 
@@ -27,7 +28,7 @@ pub fn image() -> (Image, Vec<u8>) {
     (update.image(), update.bytes().to_vec())
 }
 
-/// Asks, and runs on until the answer has come.
+/// Gives an order of the update, and runs on until the answer has come.
 pub fn ask(board: &mut Operator, request: UpdateRequest) -> UpdateAnswer {
     let sequence = board.order(Order::Update(request)).expect("identified");
     for _ in 0..4000 {
@@ -52,8 +53,7 @@ pub fn flash(board: &mut Operator, from: u64, length: usize) -> Vec<u8> {
     read.expect("it runs").expect("it is memory")
 }
 
-/// The firmware stores its own image: the tick comes on time all the while, the vehicle cannot be armed, and parameters and
-/// faults stay.
+/// The firmware stores its own image. Meanwhile no tick is late and the vehicle does not arm; parameters and fault history stay.
 #[test]
 fn an_image_is_stored_and_checked_while_the_control_loop_runs_on() {
     let (announced, bytes) = image();
@@ -80,7 +80,10 @@ fn an_image_is_stored_and_checked_while_the_control_loop_runs_on() {
     }
     assert_eq!(board.status().vehicle.late_ticks, late);
     let whole = bytes.len() & !3;
-    assert!(flash(&mut board, PLACE, whole) == bytes[..whole], "as it was sent");
+    assert!(
+        flash(&mut board, PLACE, whole) == bytes[..whole],
+        "the flash does not hold the image as it was sent"
+    );
     assert!(
         flash(&mut board, STORES, STORES_BYTES) == before,
         "parameters and faults"
@@ -89,7 +92,7 @@ fn an_image_is_stored_and_checked_while_the_control_loop_runs_on() {
     assert_eq!(board.status().vehicle.late_ticks, late);
     assert!(
         board.status().vehicle.blockers.contains(Blocker::Update),
-        "until it restarts"
+        "the update stops blocking before the restart"
     );
     let resets = board.emulation.at(|stopped| stopped.resets()).expect("it runs");
     assert_eq!(resets, []);
@@ -116,7 +119,7 @@ fn nothing_is_stored_while_armed() {
     assert!(flash(&mut board, PLACE, 4096).iter().all(|byte| *byte == ERASED));
 }
 
-/// A piece that was changed on its way into the flash is found before anything could be installed.
+/// The board refuses to install a stored image that is not the announced one.
 #[test]
 fn a_stored_image_that_is_not_the_announced_one_is_refused() {
     let (announced, bytes) = image();

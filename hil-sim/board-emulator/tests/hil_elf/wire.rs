@@ -1,4 +1,4 @@
-//! The emulated board's host link, as the host's tool holds it.
+//! The emulated board's host link as a wire of the host's tool.
 
 use std::cell::RefCell;
 use std::io;
@@ -11,11 +11,11 @@ use hil_sim::cli::link::wire::Wire;
 /// How long one read of the tool waits, ms.
 const READ_MS: u64 = 5;
 
-/// The emulated board's host link; clones are ends of the same one.
+/// The emulated board's host link; clones are ends of the same link.
 #[derive(Clone)]
 pub struct EmulatedWire {
     emulation: Rc<RefCell<Emulation>>,
-    /// What has come and has not been read yet.
+    /// Bytes that have arrived and that the tool has not read yet.
     waiting: Vec<u8>,
 }
 

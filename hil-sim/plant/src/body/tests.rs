@@ -130,7 +130,7 @@ fn turning_on_a_two_way_slope_it_is_the_spatial_vehicle() {
     }
     assert!(
         x[spatial::PSI] > 0.5 && x[spatial::Y] > 3.0,
-        "it did turn and go: {x:?}"
+        "the vehicle hardly turns or drives: {x:?}"
     );
     let [left, right] = *body.wheels();
     assert!(!right.sliding && !left.sliding);
@@ -191,7 +191,10 @@ fn with_the_spar_it_is_the_coupled_vehicle_pivoted_on_the_arm() {
     for (i, (found, expected)) in found.iter().zip(&x).enumerate() {
         assert!((found - expected).abs() < 5e-4, "state {i}: {found} against {expected}");
     }
-    assert!(x[2].abs() > 0.02 && x[3].abs() > 0.02, "spar and ballast moved: {x:?}");
+    assert!(
+        x[2].abs() > 0.02 && x[3].abs() > 0.02,
+        "spar and ballast hardly move: {x:?}"
+    );
 }
 
 /// A turning, slipping vehicle with a swinging spar on a slope in both directions, for balances and
@@ -330,7 +333,7 @@ fn a_blocked_vehicle_slides_down_a_slope_steeper_than_its_friction() {
     let speed = body.speed()[FORWARD];
     let reached = expected * h * f64::from(steps);
     assert!((speed / reached - 1.0).abs() < 2e-3, "{speed} against {reached} m/s");
-    assert!(body.speed()[RIGHT].abs() < 1e-6, "the wheels are blocked");
+    assert!(body.speed()[RIGHT].abs() < 1e-6, "the wheels turn");
     let [_, right] = *body.wheels();
     assert!(right.sliding);
     assert!((right.longitudinal_n / (mu * right.normal_n) - 1.0).abs() < 1e-3);
@@ -344,7 +347,7 @@ fn a_blocked_vehicle_slides_down_a_slope_steeper_than_its_friction() {
     }
     let crept = body.position()[FORWARD].abs();
     assert!(crept < 1.1e-5, "crept {crept} m in 1 s");
-    assert!(crept > 1e-7, "the regularised law creeps, by its band at the most");
+    assert!(crept > 1e-7, "the regularised law does not creep at all");
 }
 
 #[test]

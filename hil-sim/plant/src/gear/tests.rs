@@ -99,7 +99,10 @@ fn between_the_flanks_the_rotor_flies_and_no_bounce_gains_energy() {
             most = most.max(masses.energy());
             flew += i32::from(masses.gear.flank == Flank::Free);
             let now = ROTOR * masses.gear.rate + LOAD * masses.load.1;
-            assert!((now / momentum - 1.0).abs() < 1e-9, "the teeth give and take alike");
+            assert!(
+                (now / momentum - 1.0).abs() < 1e-9,
+                "the teeth's torques on the two masses differ"
+            );
         }
         assert!(flew > 4000, "{flew}");
         // If a flank is met within a substep, up to a hundredth of the energy is gained or lost,

@@ -85,7 +85,8 @@ pub struct Icm42688pModel {
     measured_s: f64,
 }
 
-/// Least time between two samples that the model works out of a part in step with the ticks, s: nobody sees those in between.
+/// Least time between two samples that the model computes for a part in step with the ticks, s: no tick reads the samples between
+/// them.
 const UNSEEN_S: f64 = 1e-3;
 
 impl Icm42688pModel {
@@ -170,8 +171,8 @@ impl Icm42688pModel {
         }
     }
 
-    /// As [`Self::advance`], stopping where the part's clock has a sensor measure for the last time within the step: nobody sees
-    /// the samples before that. Apart, because few vehicles have a part with a clock of its own.
+    /// As [`Self::advance`], but stops where a sensor measures for the last time within the step by the part's clock: no tick reads
+    /// the samples before that one. A function of its own, because few vehicles have a part with its own clock.
     #[inline(never)]
     fn advance_by_its_clock(&mut self, h: f64, motion: &Motion) {
         let end_s = self.time_s + h;

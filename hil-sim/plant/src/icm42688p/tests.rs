@@ -61,7 +61,7 @@ fn it_says_who_it_is_and_comes_up_off() {
     assert_eq!(read(&mut c, reg::WHO_AM_I), 0x47);
     assert_eq!(read(&mut c, reg::GYRO_CONFIG0), 0x06);
     assert_eq!(read(&mut c, reg::INT_STATUS), reg::INT_STATUS_RESET_DONE);
-    assert_eq!(read(&mut c, reg::INT_STATUS), 0, "reading clears it");
+    assert_eq!(read(&mut c, reg::INT_STATUS), 0, "reading does not clear the status");
     run(&mut c, 0.1, &STILL);
     assert!(!data_ready(&c));
     assert_eq!(burst(&mut c), [INVALID; 7]);
@@ -160,7 +160,7 @@ fn a_reset_takes_a_millisecond_and_forgets_everything() {
     write(&mut c, reg::PWR_MGMT0, 0x0f);
     run(&mut c, 1e-3, &STILL);
     assert_eq!(read(&mut c, reg::WHO_AM_I), 0x47);
-    assert_eq!(read(&mut c, reg::PWR_MGMT0), 0, "what was written while busy is lost");
+    assert_eq!(read(&mut c, reg::PWR_MGMT0), 0, "a busy part takes a write");
     assert_eq!(read(&mut c, reg::GYRO_CONFIG0), 0x06);
     assert_eq!(
         read(&mut c, reg::INT_STATUS) & reg::INT_STATUS_RESET_DONE,
@@ -201,8 +201,8 @@ fn a_burst_reads_one_sample_even_if_another_comes_meanwhile() {
     c.deselect();
     let words: Vec<i16> = bytes.chunks(2).map(|b| i16::from_be_bytes([b[0], b[1]])).collect();
     assert_eq!(words, before);
-    assert_ne!(burst(&mut c), before, "the new one is there afterwards");
-    assert_eq!(c.exchange(0x80), 0xff, "a chip that is not selected says nothing");
+    assert_ne!(burst(&mut c), before, "the next burst has the old sample");
+    assert_eq!(c.exchange(0x80), 0xff, "a chip that is not selected answers");
 }
 
 #[test]
@@ -232,7 +232,7 @@ fn every_fault_shows_on_the_bus_as_it_must() {
     assert_eq!(
         with(F::WrongSign, 0.03).1[0],
         good[0],
-        "temperature has no sign to be wrong"
+        "the fault changes the temperature's sign"
     );
     let (_, garbage) = with(F::Garbage, 0.03);
     let (_, later) = with(F::Garbage, 0.031);
@@ -258,8 +258,8 @@ fn every_fault_shows_on_the_bus_as_it_must() {
     assert_eq!(samples, 10);
 }
 
-/// A part whose clock is fast or slow measures at its own instants, whatever the length of the steps: what it gives is the
-/// ramp's value at the end of the step, less the filter's delay and the sample's age.
+/// A part whose clock is fast or slow measures at its own instants, whatever the length of the steps: its reading is the ramp's value
+/// at the end of the step, less the changes during the filter's delay and the sample's age.
 #[test]
 fn a_part_with_its_own_clock_measures_at_its_own_instants() {
     const RAMP_RAD_S2: f64 = 20.0;
@@ -295,8 +295,8 @@ fn a_part_with_its_own_clock_measures_at_its_own_instants() {
             let delay_s = core::f64::consts::SQRT_2 / w;
             let expected = RAMP_RAD_S2 * (at_s - age_s - delay_s);
             let found = f64::from(burst(&mut c)[4]) / GYRO_LSB_PER_DEG_S;
-            // Half a count, and what the step's mean in place of the ramp does at most: half a step early the ramp is half a step
-            // further on, which the filter (y'' = w^2 of the difference) sums up to w^2 h^3 / 12.
+            // Half a count, and the largest effect of using the step's mean in place of the ramp, whose difference the filter
+            // (y'' = w^2 times the difference) integrates to w^2 h^3 / 12.
             let bound = 3e-4 + RAMP_RAD_S2 * (w * w * h * h * h / 12.0 + 1e-5);
             let error = found.to_radians() - expected;
             assert!(error.abs() < bound, "{clock_error}, {h}: {error} at {at_s}");

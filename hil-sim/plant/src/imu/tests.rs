@@ -93,7 +93,7 @@ fn the_felt_motion_is_that_of_its_place() {
     assert!(found.rate.iter().all(|w| w.abs() > 0.05), "every axis is exercised");
 }
 
-/// A turn with an axle that is rolled, and rolls: the direction up, in the body's axes, turns as the rates say.
+/// A turn with an axle that has a roll and is rolling: the upward direction, in the body's axes, turns at the measured rates.
 #[test]
 fn a_rolled_axle_shows_its_part_of_the_turn() {
     let (yaw, swing_rate) = (1.3, -0.4);
@@ -124,7 +124,7 @@ fn a_rolled_axle_shows_its_part_of_the_turn() {
             rate,
         } = motion(t);
         let turned = derivative(|t| motion(t).specific_force, t);
-        // d(up)/dt = up x omega; the roll's angle is taken for its sine.
+        // d(up)/dt = up x omega; here the roll's sine stands for its angle.
         for (i, turned) in turned.iter().enumerate() {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
             let expected = f[j] * rate[k] - f[k] * rate[j];

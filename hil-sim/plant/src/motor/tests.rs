@@ -119,7 +119,10 @@ fn a_bridge_that_opens_lets_its_current_die_into_the_battery() {
     assert!(i.abs() < 1e-4, "the hand result dies: {i}");
     assert!((mean - charge / H).abs() < 1e-5, "{mean} against {}", charge / H);
     assert_eq!(m.current_a(), 0.0);
-    assert!((m.battery_current_a() + mean).abs() < 1e-12, "it flows back");
+    assert!(
+        (m.battery_current_a() + mean).abs() < 1e-12,
+        "the current does not flow back"
+    );
 }
 
 #[test]
@@ -148,7 +151,7 @@ fn a_broken_lead_carries_nothing_and_a_short_brakes_and_chops() {
     assert_eq!(
         m.bridge_current_a(),
         m.mean_current_a(),
-        "and the sensor sees the motor again"
+        "the sensor does not see the motor again"
     );
 }
 
@@ -168,7 +171,10 @@ fn the_bridge_chops_at_its_limit_either_way() {
     for _ in 0..50 {
         substep(&mut m, BridgeState::Duty(0.1), 24.0, 0.0);
     }
-    assert!((m.current_a() - 2.4 / 0.316).abs() < 1e-6, "and lets go again");
+    assert!(
+        (m.current_a() - 2.4 / 0.316).abs() < 1e-6,
+        "the bridge chops on below its limit"
+    );
 }
 
 #[test]

@@ -1,3 +1,5 @@
+//! The current of a switched motor, compared with textbook formulas and with an integration in small steps.
+
 use super::*;
 
 /// A drive motor of the reference vehicle at a full battery.

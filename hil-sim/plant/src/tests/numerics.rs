@@ -1,5 +1,4 @@
-//! The plant as a computation: its results are reproducible, hardly change with shorter steps, and are
-//! finite for any vehicle.
+//! The plant's numerics: results are reproducible, hardly change with shorter steps, and are finite for any vehicle.
 
 use super::*;
 
@@ -71,7 +70,7 @@ fn steps_ten_times_shorter_change_little() {
     let bounds = [2e-3, 4e-3, 2e-3, 2e-3, 1e-2];
     for (error, bound) in errors.iter().zip(bounds) {
         assert!(*error < bound, "{errors:?}");
-        assert!(*error > 1e-9, "a difference there must be: {errors:?}");
+        assert!(*error > 1e-9, "shorter steps change nothing: {errors:?}");
     }
     assert!(fine.last().unwrap().x_m > 2.0, "{:?}", fine.last());
 }
@@ -91,7 +90,7 @@ fn a_look_ahead_finds_what_half_a_step_finds() {
         if let Some(found) = ahead.analog_after(5e-4, &bridges) {
             let pairs = found.values().into_iter().zip(expected.values());
             differences.extend(pairs.map(|(a, b)| f64::from(a.abs_diff(b))));
-            assert_eq!(ahead.truth(), plant.truth(), "the plant stays where it is");
+            assert_eq!(ahead.truth(), plant.truth(), "looking ahead moves the plant");
         }
         plant.advance(1e-3, &bridges);
     }
@@ -111,7 +110,10 @@ fn nothing_is_foretold_where_the_motion_has_kinks() {
     let mut plant = Plant::new(&reference_vehicle(), &SCALES, incline(0.0), 1).unwrap();
     plant.advance(1e-3, &bridges);
     assert!(after(&mut plant));
-    assert!(plant.analog_after(2e-3, &bridges).is_none(), "further than a substep");
+    assert!(
+        plant.analog_after(2e-3, &bridges).is_none(),
+        "a look ahead of more than a substep"
+    );
     plant.set_chocked(true);
     assert!(!after(&mut plant), "chocks");
     let ice = terrain("[friction]\nright = 0.01\nleft = 0.01");

@@ -85,7 +85,7 @@ pub(super) fn parameters_of<W: Wire, O: Write>(
             for difference in &differences {
                 console.line(&difference.to_string())?;
             }
-            console.line(&format!("{} parameters changed", differences.len()))
+            console.line(&format!("parameters changed: {}", differences.len()))
         }
         ParameterAction::Diff { file } => {
             let wanted = read(file)?;
@@ -96,7 +96,10 @@ pub(super) fn parameters_of<W: Wire, O: Write>(
             if differences.is_empty() {
                 Ok(())
             } else {
-                Err(CommandError::Checks(format!("{} parameters differ", differences.len())))
+                Err(CommandError::Checks(format!(
+                    "parameters that differ: {}",
+                    differences.len()
+                )))
             }
         }
     }

@@ -13,9 +13,10 @@ use super::memory::{beyond, strange};
 use super::session::Link;
 use super::wire::Wire;
 
-/// How long the look back after a fault that has just occurred may go on, us: 0.2 s, on a board a fifth as fast as real time 1 s.
+/// Longest time for which the look back may still grow after a fault, us: 0.2 s of the board's time, which takes 1 s on a board at
+/// a fifth of real time.
 const FREEZES_US: u64 = 1_500_000;
-/// How often the board is asked for the new lines of its log, us.
+/// Time between two requests for the new lines of the board's log, us.
 const LOG_US: u64 = 500_000;
 
 /// Counts of a recording.
@@ -232,8 +233,8 @@ impl<W: Wire> Link<W> {
     /// Writes the board's identity and the look back to `out`.
     ///
     /// # Errors
-    /// There is none: no fault has occurred since the vehicle was last armed. Silence, or `out` cannot be
-    /// written.
+    /// The board has no look back, because no fault has occurred since the vehicle was last armed; the board is silent; or
+    /// `out` cannot be written.
     pub fn look_back<O: Write>(&mut self, out: &mut RecordWriter<O>) -> Result<Recorded, CommandError> {
         let mut unwritten = self.client.identity().copied();
         let mut recorded = Recorded::default();

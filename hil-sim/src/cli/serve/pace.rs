@@ -99,11 +99,11 @@ impl Pace {
         self.told = if short { share } else { 1.0 };
         Some(if short {
             format!(
-                "pace: {reached:.2} times real time; {} was asked for, and this machine reaches no more now",
+                "pace: {reached:.2} times real time; the requested rate is {}, which this machine cannot reach now",
                 self.rate
             )
         } else {
-            format!("pace: {reached:.2} times real time, as asked for")
+            format!("pace: {reached:.2} times real time, as requested")
         })
     }
 }
@@ -119,7 +119,7 @@ mod tests {
         while now_us < from_us + for_us {
             let go_ms = pace.go(now_us);
             board_ms += go_ms;
-            // Clients wait for a go that is too long only while the speed is not known.
+            // Only while the speed is unknown may a go take so long that clients wait.
             assert!(board_ms < 100 || go_ms * cost_us <= 2 * GO_MAX_US, "{go_ms}");
             pace.ran(go_ms, go_ms * cost_us);
             now_us += step_us + go_ms * cost_us;
@@ -133,7 +133,7 @@ mod tests {
         for (rate, expected_ms) in [(1.0, 20_000), (0.25, 5_000), (3.0, 60_000), (100.0, 2_000_000)] {
             for go_ms in [1, 5] {
                 let (board_ms, told) = passes(&mut Pace::new(rate, go_ms), 0, 20_000_000, 50, 1);
-                // The first reading of the clock begins, and what is due at the end is still to come.
+                // The first reading of the clock begins the run, and the board has yet to run the time that is due at its end.
                 let missing_ms = expected_ms - board_ms;
                 assert!(
                     missing_ms as f64 <= 10.0 * f64::max(rate, 1.0),
@@ -151,15 +151,15 @@ mod tests {
         assert!((9_900..=10_100).contains(&board_ms), "{board_ms}");
         assert_eq!(
             told,
-            ["pace: 0.50 times real time; 1 was asked for, and this machine reaches no more now"]
+            ["pace: 0.50 times real time; the requested rate is 1, which this machine cannot reach now"]
         );
         let (_, told) = passes(&mut pace, 20_000_000, 20_000_000, 100, 100);
-        // Nor does it let anybody wait at a rate that is far beyond it.
+        // No client waits at a rate far beyond the machine, either: `passes` asserts it.
         passes(&mut Pace::new(100.0, 5), 0, 20_000_000, 50, 500);
-        // Perhaps after a pace in between.
+        // The pace may report a rate in between first.
         assert!(told.len() <= 2, "{told:?}");
         assert!(
-            told.last().is_some_and(|word| word.ends_with("as asked for")),
+            told.last().is_some_and(|word| word.ends_with("as requested")),
             "{told:?}"
         );
     }
@@ -171,7 +171,7 @@ mod tests {
         let slept_us = 3_600_000_000;
         let caught_up: u64 = (0..1000).map(|_| pace.go(slept_us)).sum();
         assert_eq!(caught_up * 1000, BACKLOG_MAX_US as u64);
-        // Nor one whose board was off.
+        // A board that was off does not hurry, either.
         pace.rest(2 * slept_us);
         assert_eq!(pace.go(2 * slept_us), 0);
     }

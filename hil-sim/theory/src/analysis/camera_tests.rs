@@ -1,3 +1,5 @@
+//! The spar of chapter 7, against its figures and errata.
+
 use super::*;
 use crate::analysis::lqr::{Weights, regulator};
 use crate::analysis::trajectory::Extent;
@@ -39,7 +41,7 @@ fn a_tilt_of_ten_degrees_decays_as_figure_7_2_shows() {
     assert!(run.recovered);
 }
 
-/// Erratum E30: half of what Fig. 7.3 is said to show.
+/// Erratum E30: the amplitude is half of the one that the text states for Fig. 7.3.
 #[test]
 fn the_shaken_spar_swings_by_0_88_degrees() {
     let shaken = Experiment {
@@ -63,14 +65,14 @@ fn the_shaken_spar_swings_by_0_88_degrees() {
     ));
 }
 
-/// The linear theory of the same: |(i - A + b g)^-1| of the horizontal shake.
+/// Linear theory of the same shake: |(i - A + b g)^-1| times the horizontal force.
 #[test]
 fn linear_theory_gives_0_8853() {
     let r = reference();
     let (a, b) = r.camera.linearisation();
     let k = r.camera.coefficients();
     let g = r.gains.unwrap();
-    // x'' = 0.1 cos t enters as -(k1 + k2), -k2 through the inverse mass matrix: as v does, column by column.
+    // x'' = 0.1 cos t enters like v, through the inverse mass matrix: with the column -(k1 + k2), -k2.
     let mass = [[k.m1 + k.m2 + 2.0 * k.m3, k.m2 + k.m3], [k.m2 + k.m3, k.m2]];
     let determinant = mass[0][0] * mass[1][1] - mass[0][1] * mass[1][0];
     let push = [-0.1 * (k.k1 + k.k2), -0.1 * k.k2];

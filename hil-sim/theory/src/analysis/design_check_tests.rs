@@ -1,3 +1,5 @@
+//! The checks of a vehicle's design, against numbers computed by hand.
+
 use core::f64::consts::TAU;
 
 use model::vehicle::{Vehicle, VehicleParameters};
@@ -33,20 +35,20 @@ fn the_reference_vehicle_is_sound_and_its_numbers_are_those_of_the_data_sheets()
         ),
         // sin(beta) = 2 n Kt x 5.8 A / ((M + m + spar) g r) = 15.064 / 43.360.
         ("continuous_slope_deg", 20.33, 1e-3),
-        // 20 A hold more than the weight of a vehicle on a wall.
+        // 20 A give more torque than the whole weight would need on a vertical wall.
         ("bridge_slope_deg", 90.0, 1e-9),
         // 317 rpm/V over 43, at the rim.
         ("no_load_speed_m_s", 25.2 * 317.0 / 43.0 / 60.0 * TAU * 0.25, 1e-3),
         // sin(33.6 deg) = 0.72 / 1.3.
         ("static_limit_deg", 33.63, 1e-3),
         ("traction_limit_deg", 30.96, 1e-3),
-        // 43.360 N m of both, times the slope's sine, over 2 x 1.2986 N m/A, by 0.316 ohm.
+        // 43.360 N m of both motors times the slope's sine, over 2 x 1.2986 N m/A, times 0.316 ohm.
         ("static_limit_v", 2.922, 1e-3),
         ("traction_limit_v", 2.714, 1e-3),
         ("encoder_count_mm", TAU * 250.0 / (1024.0 * 43.0), 1e-12),
-        // 1.614 (erratum E26) over the time unit, but for the rotors; half of 25.2 V over 43 x 0.030124 V s and the bearings'
-        // 0.1296 V s; 0.6 g at 2.5 m/s; 0.6 x 17.68 kg x g and 2 x 17 A x 1.2986 N m/A / 0.25 m at 0.25 m, on 0.12 + 0.085 +
-        // 0.0561 + 0.04955 kg m^2.
+        // 1.614 (erratum E26) over the time unit, without the rotors; half of 25.2 V over 43 x 0.030124 V s and the bearings'
+        // 0.1296 V s; 0.6 g at 2.5 m/s; the forces 0.6 x 17.68 kg x g and 2 x 17 A x 1.2986 N m/A / 0.25 m at a half track of
+        // 0.25 m, on 0.12 + 0.085 + 0.0561 + 0.04955 kg m^2.
         ("yaw_rate_by_spin_rad_s", 10.1, 0.02),
         ("yaw_rate_by_voltage_rad_s", 12.6 / (1.295_33 + 0.129_58), 1e-4),
         ("yaw_rate_by_grip_rad_s", 0.6 * 9.81 / 2.5, 1e-12),
@@ -56,7 +58,7 @@ fn the_reference_vehicle_is_sound_and_its_numbers_are_those_of_the_data_sheets()
             1e-3,
         ),
         ("yaw_acceleration_by_current_rad_s2", 34.0 * 1.2986 / 0.310_65, 1e-3),
-        // Critical voltage of the thesis's vehicle on the level.
+        // The thesis's damping, to which bearings and back-EMF of the file add up.
         ("zeta", 2.2, 1e-3),
     ] {
         let found = checked.number(name).expect(name);
@@ -69,7 +71,7 @@ fn the_reference_vehicle_is_sound_and_its_numbers_are_those_of_the_data_sheets()
     );
 }
 
-/// The whirl and the slip of a vehicle know nothing of whether it is a spar or a part of the wheels that rides on the axle.
+/// For whirl and slip it makes no difference whether a mass on the axle is a spar or a part of the wheels.
 #[test]
 fn a_spar_weighs_as_much_as_anything_else_on_the_axle() {
     let bare = changed(|p| {
@@ -147,7 +149,7 @@ fn each_thing_that_is_wrong_is_told_at_its_field() {
         ("control.speed_max_m_s", Severity::Warning, |p| {
             p.control.speed_max_m_s = 0.0;
         }),
-        // Of arm, grip and current the least: 5.60, 5.89 and 9.51 m/s^2; then a grip of 0.3 and a limit of 8 A.
+        // Arm, grip and current allow 5.60, 5.89 and 9.51 m/s^2, of which the least counts; then a grip of 0.3 and a limit of 8 A.
         ("control.acceleration_max_m_s2", Severity::Warning, |p| {
             p.control.acceleration_max_m_s2 = 5.65;
         }),
@@ -159,7 +161,7 @@ fn each_thing_that_is_wrong_is_told_at_its_field() {
             p.control.acceleration_max_m_s2 = 4.6;
             p.drive_motor.current_limit_a = 8.0;
         }),
-        // Half of the supply keeps 8.84 rad/s.
+        // Half of the supply maintains 8.84 rad/s.
         ("control.yaw_rate_max_rad_s", Severity::Warning, |p| {
             p.control.yaw_rate_max_rad_s = 9.0;
         }),

@@ -1,3 +1,5 @@
+//! The landing law's poles, against simulated vehicles.
+
 use model::control::landing::LandingLaw;
 use model::sample::TICK_S;
 use model::vehicle::Vehicle;
@@ -18,11 +20,11 @@ fn small() -> Vehicle<f64> {
     }
 }
 
-/// Time, in time units, after which the arm is struck: the law has learnt in haste by then.
+/// Time after which the motors push the arm, in time units: by then the law's phase of fast learning is over.
 const STRUCK: f64 = 20.0;
 
-/// theta' in every tick after a light push of the motors, over `time` time units: the vehicle drives on with a speed that is none
-/// to speak of.
+/// theta' in every tick after a light push of the motors, over `time` time units. The commanded speed is practically zero, but not
+/// zero, so that the vehicle does not stand.
 fn struck(vehicle: &Vehicle<f64>, plant: SampledPlant, time: f64) -> Vec<f64> {
     let drive = SampledDrive {
         vehicle,
@@ -61,7 +63,7 @@ fn struck(vehicle: &Vehicle<f64>, plant: SampledPlant, time: f64) -> Vec<f64> {
     speeds
 }
 
-/// Once the faster ones have died away, the speed of the vehicle that was struck goes as the two slowest poles say:
+/// After the faster modes have decayed, the speed of a pushed vehicle follows the two slowest poles:
 /// `y(t + 2 d) = (e^(p d) + e^(q d)) y(t + d) - e^((p + q) d) y(t)`.
 #[test]
 fn a_vehicle_that_is_struck_comes_to_rest_by_the_slowest_poles() {
@@ -84,14 +86,14 @@ fn a_vehicle_that_is_struck_comes_to_rest_by_the_slowest_poles() {
             let foretold = sum * next - product * now;
             let size = sum.abs() * next.abs() + product * now.abs();
             assert!((then - foretold).abs() < 0.01 * size, "{from}: {then:e} {foretold:e}");
-            // One third away from the poles, the same is far off.
+            // With poles that are a third larger the same prediction is far off.
             let off = sum.powf(1.33) * next - product.powf(1.33) * now;
             assert!((then - off).abs() > 0.02 * size, "{from}: {then:e} {off:e}");
         }
     }
 }
 
-/// A plant that differs from the file rings on, or comes to rest, as its poles say.
+/// The poles of a plant that differs from its file tell whether the vehicle keeps ringing or comes to rest.
 #[test]
 fn poles_tell_the_plants_that_come_to_rest_from_those_that_ring_on() {
     type Change = fn(&mut Factors) -> &mut f64;
@@ -117,14 +119,14 @@ fn poles_tell_the_plants_that_come_to_rest_from_those_that_ring_on() {
     }
 }
 
-/// The poles are those that the law was designed for: as many, the slowest within what filter, tick and delay cost it.
+/// The five slowest poles are near those for which the law was designed, apart from the effect of filter, tick and delay.
 #[test]
 fn the_slowest_poles_are_near_those_of_the_design() {
     for vehicle in [reference(), small()] {
         let checked = check(&vehicle);
         let found = checked.poles_landing_per_s.clone().expect("numbers");
         let designed = &checked.poles_landing_designed_per_s;
-        // Speed, servo and slope: five poles whose product filter, tick and delay leave within a half.
+        // Speed, servo and slope make five poles; filter, tick and delay change their geometric mean by less than a half.
         let product = |sizes: &mut dyn Iterator<Item = f64>| sizes.take(5).map(f64::ln).sum::<f64>() / 5.0;
         let [found, designed] = [
             product(&mut found.iter().map(|[re, im]| re.hypot(*im))),

@@ -1,3 +1,5 @@
+//! The optimal regulator of the spar, against other methods and properties of the optimum.
+
 use super::*;
 
 /// The optimal gains of the thesis's spar for Q = diag(10000, 100, 0, 0), r = 1.
@@ -60,7 +62,7 @@ fn gains_that_hold_the_spar_are_told_from_those_that_do_not() {
         let gains = optimal.gains.map(|gain| gain * (1.0 + between(-spread, spread)));
         let poles = closed_loop_poles(&camera, &gains).unwrap();
         let slowest = poles.iter().fold(f64::NEG_INFINITY, |slowest, p| slowest.max(p[0]));
-        // Within rounding of the edge the two may differ.
+        // At the edge of stability, within rounding, the two may differ.
         if slowest.abs() < 1e-6 {
             continue;
         }
@@ -189,7 +191,7 @@ fn value(p: &[f64], z: [f64; 2]) -> [f64; 2] {
     })
 }
 
-/// Kalman's equality, which stable gains satisfy only if they are optimal, at every frequency w:
+/// Kalman's equality, which holds for stable gains at every frequency w only if they are optimal:
 /// `|1 + g^T (j w 1 - A)^-1 b|^2 = 1 + sum q_i |x_i|^2 / r` with `x = (j w 1 - A)^-1 b`.
 #[test]
 fn gains_satisfy_kalmans_equality_and_poles_are_roots_of_the_closed_loop() {

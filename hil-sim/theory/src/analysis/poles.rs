@@ -81,7 +81,7 @@ mod tests {
     }
 
     /// Rounding splits the double root of a companion matrix along or across the real axis, and every part
-    /// of it stays a number.
+    /// of the roots stays finite.
     #[test]
     fn double_eigenvalues_have_numbers() {
         let mut next = numbers(3);

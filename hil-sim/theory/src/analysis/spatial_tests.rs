@@ -1,3 +1,5 @@
+//! The spatial vehicle of chapter 6, against its errata and its balances.
+
 use super::*;
 use crate::analysis::dop853::integrate;
 use crate::analysis::poles::eigenvalues;

@@ -44,7 +44,7 @@ fn below_the_limit() -> Result<Figure, FigureError> {
         .number("the same with the printed zeta 0.2", "", format!("{with_printed:.5}"))
         .number("phi_max just below the limit", "", format!("{:.1} deg", near.phi_max.to_degrees()))
         .number("phi_max at U = 4", "", format!("{:.2} deg", four.phi_max.to_degrees()))
-        .finding("The limit is 0.23 % lower, and only if the total damping is zeta + K = 2.2 (E1 to E3). Swings far beyond 90 degrees return: what decides is the stable manifold of the saddle at phi = pi - phi_0, not an angle (E8).")
+        .finding("The limit is 0.23 % lower, and only if the total damping is zeta + K = 2.2 (E1 to E3). The arm returns from swings far beyond 90 degrees: the stable manifold of the saddle at phi = pi - phi_0 is the boundary, not an angle (E8).")
         .chart(angles("U = limit - 0.0001", &near))
         .chart(angles("U = 4", &four)))
 }
@@ -71,7 +71,7 @@ fn above_the_limit() -> Result<Figure, FigureError> {
         .number("mean phi'", "", format!("{:.6}", cycle.mean_phi_rate))
         .number("voltage above which the whirling vehicle climbs", "", format!("{climbs_above:.3}"))
         .number("normal force over a turn", "taken as positive", format!("{:.1} to {:.1}", cycle.normal_min, cycle.normal_max))
-        .finding("The cycle exists and drifts down at this voltage, but mean phi' does not depend on U, so above U = 6.483 the whirling vehicle climbs. The cycle pulls on the ground with three times the weight: without the no-bounce constraint it is not physical (E9, E10).")
+        .finding("The cycle exists, and at this voltage the vehicle drifts down. The mean phi' does not depend on U, so above U = 6.483 the whirling vehicle climbs. During the cycle the vehicle would have to pull on the ground with three times its weight: a real vehicle would lift off (E9, E10).")
         .chart(rates)
         .chart(forces))
 }
@@ -143,7 +143,7 @@ fn controlled() -> Result<Figure, FigureError> {
         .number("speed overshoot, settling (2 %)", "", format!("{:.0} %, {:.0} time units", 100.0 * measures.overshoot, measures.settling_time))
         .number("largest reference step", "", format!("{:.5}", limit(&p, &Input::reference_step(law, 0.0))?))
         .number("the same with kp 2, kd 2", "", format!("{:.2}", limit(&p, &Input::reference_step(better, 0.0))?))
-        .finding("The swing is moderated. The speed is not smoothed: its mode has a damping ratio of 0.122, with an overshoot of three quarters. Zero error needs the total damping 2.2 in the feed-forward; with the printed 0.2 the vehicle runs backwards (E2, E4, E5, E11).")
+        .finding("The law moderates the swing, but does not smooth the speed: the speed's mode has a damping ratio of 0.122 and overshoots by three quarters. Zero steady-state error needs the total damping 2.2 in the feed-forward; with the printed 0.2 the vehicle runs backwards (E2, E4, E5, E11).")
         .chart(phi)
         .chart(rate))
 }
@@ -174,6 +174,6 @@ fn sign_of_kp() -> Result<Figure, FigureError> {
         chart = chart.with(Series::new(format!("{kp:+}"), &response.t, &response.theta_rate));
     }
     Ok(figure
-        .finding("As (3.25) is written the term is positive feedback of the speed error. It slows the response; in return the swing is smaller and the largest step larger, at a cost in robustness: the loop needs zeta > 0.8 (E6).")
+        .finding("As (3.25) is written, the term feeds the speed error back positively. It slows the response; in return the swing is smaller and the largest step larger. The cost is robustness: the loop needs zeta > 0.8 (E6).")
         .chart(chart))
 }

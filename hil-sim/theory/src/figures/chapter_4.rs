@@ -45,7 +45,7 @@ fn slip_metric() -> Result<Figure, FigureError> {
         .claim("Even with greased steel on steel (0.005) slip does not enter any reasonable operation; the spikes near zero are numerical resolution.")
         .number("needed at t = 0", "highest of the run", format!("{:.0} % of 0.005, or a coefficient of {needed:.3}", 100.0 * needed / GREASED))
         .number("needed to stand on the slope", "below 100 %", format!("{standing:.0} %"))
-        .finding("The vehicle slides on this slope even when it stands. No tyre has a coefficient of 3.845. The dips are zeros of the friction on a logarithmic axis, not resolution, and not where phi passes the normal (E14, E16).")
+        .finding("The vehicle slides on this slope even when it stands. No tyre has a coefficient of 3.845. The dips are zeros of the friction on a logarithmic axis. They are no effect of resolution, and do not lie where phi passes the normal (E14, E16).")
         .chart(chart))
 }
 
@@ -66,7 +66,7 @@ fn constituents() -> Result<Figure, FigureError> {
         .number("F at t = 0", "", format!("{:.4}", first(&step.friction)))
         .number("N at t = 0", "", format!("{:.4}", first(&step.normal)))
         .number("N at t = 0, downhill -0.3, U = 4.46", "", format!("{:.3}", first(&hop.normal)))
-        .finding("At the start of the step friction is almost four times the normal force, and the wheel first rolls backwards. On a downhill step the vehicle hops. Both forces follow from the multipliers and from Newton and Euler alike, to 1e-12 (E12 to E14).")
+        .finding("At the start of the step friction is almost four times the normal force, and the wheel first rolls backwards. On a downhill step the vehicle hops. The multipliers and the Newton-Euler equations give the same two forces, to 1e-12 (E12 to E14).")
         .chart(chart)
         .chart(lifted))
 }
@@ -117,10 +117,10 @@ fn slip_over_slope() -> Result<Figure, FigureError> {
         .number("step without slip at 0.0873, mu_s 0.6 / 0.8 / 1.0", "",
             format!("{} / {} / {}", voltage(six.critical_voltage), voltage(eight.critical_voltage), voltage(ten.critical_voltage)))
         .number("whirl limit", "5.0344", format!("{:.4}", six.whirl_voltage))
-        .number("ramp to U = 8 over 5 needs", "", ramp)
+        .number("friction that a ramp to U = 8 over 5 needs", "", ramp)
         .number("speed loop, reference 1: step, ramp over 5", "",
             format!("{}, {}", coefficient(&loop_step)?, coefficient(&loop_step.shaped(Waveform::Ramp, 5.0))?))
-        .finding("Whirl comes first only with a friction coefficient above 5.99 (level), 3.85 (0.0873) or 2.08 (0.3), which no tyre has. Ramped inputs are an order of magnitude kinder (E14).")
+        .finding("Whirl comes first only with a friction coefficient above 5.99 (level), 3.85 (0.0873) or 2.08 (0.3), which no tyre has. Ramped inputs need an order of magnitude less friction (E14).")
         .chart(chart.with(Series::new("whirl", &slopes, &whirl)))
         .chart(whirls_first))
 }
@@ -151,6 +151,6 @@ fn pulses() -> Result<Figure, FigureError> {
         .claim("A high, short pulse slips at first, but as the voltage is dropped and the pulse prolonged whirl stands out as the limit.")
         .number("any pulse slips above (mu_s = 0.6)", "", format!("U = {six:.3}"))
         .number("whirl limit of a step", "", format!("{whirl:.4}"))
-        .finding("The friction needed at the start of a pulse does not depend on its duration, so every pulse above U = 0.576 slips, however short, and at no amplitude does whirl come first (E15).")
+        .finding("The friction needed at the start of a pulse does not depend on its duration, so every pulse above U = 0.576 makes the wheels slip, however short it is. At no amplitude does whirl come first (E15).")
         .chart(chart))
 }

@@ -39,7 +39,7 @@ fn waveforms() -> Result<Figure, FigureError> {
     Ok(Figure::new("5.1", "The waveforms", Verdict::Corrected)
         .claim("Every input moves from the hold voltage to its final voltage within T; voltages are normalised by the hold voltage, sin(beta).")
         .number("U / sin(beta) at beta = 0.001", "", format!("{diverging:.0}"))
-        .finding("The norm diverges on the level. A final voltage only shifts the speed error at the start, so the natural measure is U - sin(beta) (E9, E17).")
+        .finding("The normalised voltage diverges on the level. The final voltage acts only through the speed error at the start, so the natural measure is U - sin(beta) (E9, E17).")
         .chart(chart))
 }
 
@@ -70,7 +70,7 @@ fn envelopes() -> Result<Figure, FigureError> {
         .number("step at 0.0873", "", format!("{:.6}", at(Waveform::Step)?))
         .number("ramp at 0.0873", "", format!("{:.6}", at(Waveform::Ramp)?))
         .number("a forward step first fails backwards below", "", format!("beta = {steepest:.3}"))
-        .finding("Among these eleven and for T = 5 the order holds; it is no general law (5.2b). On downhill slopes the first failure of a forward step is a backward whirl on the return swing (E10, E19).")
+        .finding("The order holds for these eleven waveforms and T = 5. It is no general law (5.2b). On downhill slopes the first failure of a forward step is a backward whirl on the return swing (E10, E19).")
         .chart(chart))
 }
 
@@ -101,8 +101,8 @@ fn ramp_times() -> Result<Figure, FigureError> {
         .claim("As T is increased all these input curves tend to coalesce.")
         .number("ramp over step, T = 0.5 / 5 / 40", "towards 1", format!("{:.3} / {:.2} / {:.1}", ratio(0.5)?, ratio(5.0)?, ratio(40.0)?))
         .number("sustained acceleration limit A_max", "", format!("{sustained:.6} g"))
-        .number("steepest rate / zeta for large T: half-cosine, ramp", "", format!("{smooth:.4}, {abrupt:.4} g"))
-        .finding("It is the reverse: they coalesce as T goes to 0, where all become the step, and part as T grows. A slow waveform that begins smoothly is limited by its steepest rate, zeta A_max; the ramp, which begins at once with its full acceleration, overshoots and reaches nine tenths of that (E18).")
+        .number("steepest rate over zeta for large T: half-cosine, ramp", "", format!("{smooth:.4}, {abrupt:.4} g"))
+        .finding("The reverse is true: the curves coalesce as T goes to 0, where every waveform becomes the step, and diverge as T grows. The steepest rate, zeta A_max, limits a slow waveform that begins smoothly. The ramp begins at once with its full acceleration; the arm overshoots, and the ramp reaches nine tenths of that rate (E18).")
         .chart(chart))
 }
 

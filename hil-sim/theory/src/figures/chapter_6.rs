@@ -1,4 +1,4 @@
-//! Chapter 6, for which the thesis has only a diagram: the motion by its equations and by the right ones.
+//! Chapter 6, for which the thesis has only a diagram: the motion by the thesis's equations and by the right equations.
 
 use model::dynamics::spatial::{PHI, PHI_RATE, PSI, RATE_L, RATE_R, Spatial, SpatialParameters, SpatialState};
 
@@ -134,7 +134,7 @@ fn level_turn() -> Result<Figure, FigureError> {
         .number("x, y, psi at t = 10", "", good.end())
         .number("the same by (6.16)", "", wrong.end())
         .number("by (6.16), lambda(0) = (0.2, 0.1)", "", other.end())
-        .finding("The right model is three short equations (E23). (6.16) gives another motion, and one that depends on initial values of the multipliers that nothing determines (E21).")
+        .finding("The right model is three short equations (E23). (6.16) gives another motion. That motion depends on the initial values of the multipliers, which nothing determines (E21).")
         .chart(path)
         .chart(heading))
 }
@@ -151,7 +151,7 @@ fn side_slope() -> Result<Figure, FigureError> {
         .claim("As for the turn: (6.16) is the equation of motion.")
         .number("x, y, psi at t = 10", "", good.end())
         .number("the same by (6.16)", "", wrong.end())
-        .finding("The vehicle runs almost straight. By (6.16) it would steer itself uphill, with its energy in perfect balance (E21).")
+        .finding("The vehicle drives almost straight. By (6.16) it would steer itself uphill, and its energy would still balance exactly (E21).")
         .chart(path)
         .chart(heading))
 }
@@ -187,7 +187,7 @@ fn spin() -> Result<Figure, FigureError> {
     Ok(Figure::new("6.1c", "Spinning on the spot", Verdict::Added)
         .claim("None: the thesis does not look at turns.")
         .number("largest stable psi' (1/w)", "", format!("{limit:.6}"))
-        .finding("Above this rate the hanging arm swings in and out ever wider, whatever the damping (E26).")
+        .finding("Above this rate the hanging arm swings with growing amplitude, whatever the damping (E26).")
         .chart(chart))
 }
 

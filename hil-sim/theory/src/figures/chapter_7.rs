@@ -76,7 +76,7 @@ fn tilt() -> Result<Figure, FigureError> {
         .number("first zero (1/w_c)", "", format!("{first_zero:.2}"))
         .number("overshoot (deg)", "", format!("{overshoot:.2}"))
         .number("within 1 deg after (1/w_c)", "", format!("{settled:.2}"))
-        .finding("It does, with the right gains. The printed ones have lost a sign and misprint one number; they are unstable with either sign of v (E28).")
+        .finding("The displacement decays fast with the right gains. The printed gains lack a sign and misprint one number; they are unstable with either sign of v (E28).")
         .chart(Chart::new("Spar after a tilt of 10 deg", "time (1/w_c)", "theta (deg)").with(Series::new("", &run.t, &theta))))
 }
 
@@ -94,7 +94,7 @@ fn tilt_effort() -> Result<Figure, FigureError> {
                 "",
                 format!("{:.0}", first / capacity),
             )
-            .finding("The angle is moderate; the voltage that the figure does not show is not (E30).")
+            .finding("The angle is moderate. The voltage, which the thesis's figure does not show, is not (E30).")
             .chart(Chart::new("Ballast", "time (1/w_c)", "phi (deg)").with(Series::new("", &run.t, &degrees(&run.phi))))
             .chart(Chart::new("Motor voltage", "time (1/w_c)", "v").with(Series::new("", &run.t, &run.v))),
     )
@@ -107,7 +107,7 @@ fn forced() -> Result<Figure, FigureError> {
         .claim("Under x'' = 0.1 cos t, y'' = 0.1 sin t it stabilises in a 2 deg oscillation.")
         .number("amplitude (deg)", "2", amplitude(&with))
         .number("uncontrolled (deg)", "", amplitude(&without))
-        .finding("The amplitude is 0.88 deg, 1.76 peak to peak: the thesis may mean the latter (E30). With (7.13) as printed it would be 0.864 (E27).")
+        .finding("The amplitude is 0.88 deg, or 1.76 deg peak to peak; the thesis may mean the latter (E30). With (7.13) as printed the amplitude would be 0.864 deg (E27).")
         .chart(
             Chart::new("Spar under x'' = 0.1 cos t, y'' = 0.1 sin t", "time (1/w_c)", "theta (deg)")
                 .with(Series::new("controlled", &with.t, &degrees(&with.theta)))

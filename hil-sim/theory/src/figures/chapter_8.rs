@@ -24,7 +24,7 @@ pub const FIGURES: &[Entry] = &[
     Entry::new("8.5b", bearings),
 ];
 
-/// The ballast of a spar too light to matter, over M + m.
+/// Ballast mass over M + m of a spar that is too light to have an effect.
 const NO_SPAR: f64 = 1e-9;
 const SPAR_SAMPLE: f64 = 0.02;
 /// Shown span of the responses, in time units.
@@ -96,7 +96,7 @@ fn spar() -> Result<Figure, FigureError> {
         .number("largest spar angle at 0.999 of it (deg)", "4 against 60", pair(&a, &b))
         .number("uncontrolled at 0.999 of its own limit (deg)", "60", format!("{own:.1}"))
         .number("speed loop, reference ramped to 4 in 5 (deg)", "", pair(&c, &d))
-        .finding("By a step it is not: the unlimited ballast motor tumbles its ballast before the vehicle whirls. A ramped speed reference meets the claim (E38).")
+        .finding("A step does not meet the claim: with an unlimited motor the ballast tumbles before the vehicle whirls. A ramped speed reference meets the claim (E38).")
         .chart(chart(format!("Step to U = {u:.3}"), &a, &b))
         .chart(chart("Speed loop, reference ramped to 4 in 5 time units".into(), &c, &d)))
 }
@@ -128,7 +128,7 @@ fn ballast() -> Result<Figure, FigureError> {
         format!("{:.1}", largest(&near)),
     )
     .finding(format!(
-        "At U = 2 it swings {:.1} times as far, and near the limit it is far out: it is what fails first (E38).",
+        "At U = 2 the controlled ballast swings {:.1} times as far. Near the limit its swing is so large that the ballast fails first (E38).",
         largest(&x) / largest(&y)
     ))
     .chart(
@@ -158,7 +158,7 @@ fn wheel() -> Result<Figure, FigureError> {
         .claim("Near the critical input the two are near identical.")
         .number("largest difference over 30 time units (rad)", "0", format!("{:.2}", largest(&difference)))
         .finding(format!(
-        "The steady speeds differ by the extra weight on the slope only, S sin(beta)/zeta; but this is the largest step the loaded vehicle survives, {:.0} % of that of the bare one (E37, E38).",
+        "The steady speeds differ only by the effect of the extra weight on the slope, S sin(beta)/zeta. But this step is the largest that the vehicle with a spar survives: {:.0} % of the largest step without a spar (E37, E38).",
         100.0 * u / bare_limit
     ))
         .chart(
@@ -186,7 +186,7 @@ fn arm() -> Result<Figure, FigureError> {
                 format!("{:.1} against {:.1}", passive(BALLAST)?, passive(NO_SPAR)?),
             )
             .finding(
-                "The spar adds 30 % to the mass that the arm must drive: the arm swings farther at every step (E37).",
+                "The spar adds 30 % to the mass that the arm's weight must move, so the arm swings farther at every step (E37).",
             )
             .chart(
                 Chart::new(format!("Arm, step to U = {u:.3}"), "time (1/w)", "phi (deg)")
@@ -217,7 +217,7 @@ fn step_limits() -> Result<Figure, FigureError> {
     }
     Ok(figure
         .finding(format!(
-            "15 % of the vehicle's mass costs {:.1} % of the step; the claim is right for 15 % of the wheels' (E37). An unlimited spar controller fails earlier still (E38).",
+            "15 % of the vehicle's mass costs {:.1} % of the step; the claim is right for 15 % of the wheels' mass (E37). An unlimited spar controller fails earlier still (E38).",
             100.0 * (1.0 - passive[6].critical / passive[0].critical)
         ))
         .chart(
@@ -238,7 +238,7 @@ fn bearings() -> Result<Figure, FigureError> {
     ] {
         let run = drive(BALLAST, bearing, false)?.run(2.0, 300.0, 0.1);
         let controlled = drive(BALLAST, bearing, true)?.run(2.0, 300.0, 1.0);
-        // What has died out is 0, not -0.
+        // Print an angle that has decayed as 0, not as -0.
         let at_the_end = |x: &[f64]| match last(x).to_degrees() {
             psi if psi.abs() < 5e-4 => 0.0,
             psi => psi,

@@ -45,7 +45,7 @@ pub struct Figure {
     pub id: &'static str,
     /// What the figure shows.
     pub title: String,
-    /// What the thesis claims, in our words.
+    /// The thesis's claim, paraphrased.
     pub claim: String,
     /// The numbers side by side.
     pub numbers: Vec<Number>,

@@ -1,4 +1,4 @@
-//! Every figure of the thesis, computed afresh, beside what the thesis claims of it.
+//! Every figure of the thesis, recomputed, beside the thesis's claim.
 //!
 //! The file of each chapter lists its figures in a `FIGURES` constant; [`all`] joins the chapters. Functions
 //! without arguments make the figures, in parallel, and [`write_all`] writes each figure as SVG and CSV and

@@ -13,16 +13,16 @@ pub fn page(figures: &[(Figure, Vec<String>)]) -> String {
     let mut html = String::from("<header>\n");
     html.push_str("<h1>The biplanar bicycle: every figure of the thesis, recomputed</h1>\n");
     html.push_str(
-        "<p>Each figure stands beside what the thesis claims of it, the numbers found here and the verdict. \
-         Nondimensional unless a unit is given: lengths in wheel radii, time in &radic;(r/g), forces in (M+m)g, \
-         torques in (M+m)gr. Errata (E1 to E38) are proven in docs/errata.md.</p>\n",
+        "<p>Each figure stands beside the thesis's claim, the numbers computed here and the verdict. \
+         Quantities are nondimensional unless a unit is given: lengths in wheel radii, time in &radic;(r/g), forces in (M+m)g, \
+         torques in (M+m)gr. docs/errata.md proves the errata (E1 to E38).</p>\n",
     );
     html.push_str(&summary(figures));
     _ = writeln!(
         html,
         "<details class=\"drawing\"><summary>The vehicle: its parts, angles, axes and signs</summary>\
          <img src=\"{}\" alt=\"Side view, spar enlarged and top view of the vehicle with theta, phi, beta, psi and \
-         the axes; docs/glossary.md says the same in words\"></details>",
+         the axes; docs/glossary.md describes the drawing in words\"></details>",
         image_address(VEHICLE_DRAWING)
     );
     html.push_str("<nav>");

@@ -1,4 +1,4 @@
-//! What the tests of chapters 3 to 5 share.
+//! Helpers that the tests of chapters 3 to 5 share.
 
 use model::dynamics::planar::PlanarParameters;
 

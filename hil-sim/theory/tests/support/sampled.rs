@@ -1,5 +1,5 @@
 //! The vehicles that the tests of the speed laws on the sampled planar vehicle share.
-#![allow(dead_code)] // Each uses its part.
+#![allow(dead_code)] // Each test binary uses part of it.
 
 use model::vehicle::{GRAVITY_M_S2, Vehicle, VehicleParameters};
 use theory::analysis::random_drive::SearchedLaw;

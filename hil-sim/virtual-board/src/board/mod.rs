@@ -46,7 +46,7 @@ pub enum VirtualBoardError {
     #[error(transparent)]
     Clock(#[from] ClockTaken),
     /// The vehicle is invalid in single precision, or has limits that the board's sensors cannot measure.
-    #[error("the vehicle is none for this board: {0}")]
+    #[error("this board cannot drive the vehicle: {0}")]
     Vehicle(ParameterError),
     /// The flash cannot hold a store.
     #[error("the parameter flash is too small")]

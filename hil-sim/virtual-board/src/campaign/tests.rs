@@ -1,3 +1,5 @@
+//! Campaigns: the numbering of runs, shards, overrides.
+
 use super::*;
 
 const KERB: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/scenarios/kerb.toml");

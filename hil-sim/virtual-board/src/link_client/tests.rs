@@ -1,3 +1,5 @@
+//! The host's end of the link: sessions, dates of orders, answers.
+
 use super::*;
 use firmware::protocol::message::{About, ParameterRequest};
 use model::command::Request;
@@ -102,7 +104,7 @@ fn an_order_is_dated_by_the_fastest_message_and_never_in_the_future() {
     let dated_us = given_at(&mut client, at_us);
     assert!(dated_us <= 1_000_000 + at_us - 5_000, "{dated_us}");
     assert!(dated_us > 1_000_000 + at_us - 5_100, "{dated_us}");
-    // Ten seconds without a message: the host must allow for the drift of the clocks.
+    // After ten seconds without a message the host must allow for the drift of the clocks.
     let dated_us = given_at(&mut client, at_us + 10_000_000);
     assert!(
         dated_us <= 11_000_000 + at_us - 5_000 - 2_000 && dated_us > 11_000_000 + at_us - 8_000,

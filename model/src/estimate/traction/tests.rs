@@ -61,13 +61,13 @@ fn rolling_wheels_are_believed() {
             tilt_error: 0.02,
             ..ROLLING
         },
-        // A wheel that is 2 % larger than the other.
+        // One wheel is 2 % larger than the other.
         Evidence {
             wheels_m_s: 2.5,
             wheels_yaw_rad_s: 0.1,
             ..ROLLING
         },
-        // The vehicle turns at 1.9 m/s^2 on wheels that are 8 % larger than in its file.
+        // The vehicle turns, with 1.9 m/s^2 across the heading, on wheels that are 8 % larger than in its file.
         Evidence {
             sideways_m_s2: 0.15,
             yaw_rate_rad_s: 1.9,
@@ -108,8 +108,7 @@ fn a_slide_is_told_and_its_speed_followed_until_the_wheels_roll_again() {
         for _ in 0..1000 {
             traction.update(&ROLLING);
         }
-        // The wheels turn at another speed than the vehicle moves, unless the difference is larger than sliding
-        // wheels can have.
+        // The vehicle still moves at another speed than its wheels. A difference that sliding wheels cannot have ends the slide.
         assert_eq!(traction.slides(), slip_m_s < STEADY_SLIP_MAX_M_S, "{slip_m_s} m/s");
         let caught = Evidence {
             wheels_m_s: traction.speed_m_s() + 0.1,
@@ -123,7 +122,7 @@ fn a_slide_is_told_and_its_speed_followed_until_the_wheels_roll_again() {
     }
 }
 
-/// Only the integral's remaining error still contradicts the wheels.
+/// The accelerometer agrees with the wheels again; only the error that the integral has gathered contradicts them.
 #[test]
 fn wheels_that_agree_for_a_second_are_believed_whatever_the_integral_says() {
     for tilt_error in [-0.5, -0.037, 0.037, 0.5] {
@@ -172,8 +171,8 @@ fn a_slide_ends_where_the_vehicle_stands() {
     assert_eq!(traction.speed_m_s(), 0.0);
 }
 
-/// A turn that the ground does not hold, either way: it does not press the vehicle aside as much as rolling wheels ask for. The
-/// speed that is lost of the turn's is followed.
+/// A turn, either way, for which the ground has too little grip: it presses on the vehicle from the side with less force than
+/// rolling wheels need. The estimate follows the speed that the vehicle loses.
 #[test]
 fn a_slide_across_the_heading_is_told() {
     for (yaw_rate_rad_s, sideways_m_s2, expected) in [

@@ -107,7 +107,7 @@ mod tests {
         assert_eq!(run(&mut calibration, 0.02, true, 1000), None, "once");
     }
 
-    /// The whole vehicle rocks at 0.5 to 2 Hz, more slowly than counts as motion: half a swing is no bias.
+    /// The whole vehicle rocks at 0.5 to 2 Hz, too slowly to count as motion. The average over half a swing would be a wrong bias.
     #[test]
     fn what_rocks_is_averaged_over_many_swings() {
         for hertz in [0.5_f32, 1.0, 2.0] {

@@ -1,4 +1,4 @@
-//! Stage 4 and what the core carries from tick to tick.
+//! Stage 4, and the state that the core carries from tick to tick.
 
 use super::super::Decision;
 use super::{Bench, BoardScales, VehicleCore, reference, sensed_at_rest};
@@ -33,7 +33,8 @@ fn actuated(sensed: &Sensed, decision: Decision) -> super::super::Output {
     VehicleCore::new(&reference(), &BoardScales::EXAMPLE).actuate(sensed, &Estimate::default(), decision)
 }
 
-/// 17 A through 0.316 ohm are 5.37 V; 4 A through 5.853 ohm 23.4 V: around the back-EMF, 1.295 V s and 1.529 V s.
+/// The limits are 5.37 V (17 A through 0.316 ohm) and 23.4 V (4 A through 5.853 ohm) above and below the back-EMF, with
+/// 1.295 V s and 1.529 V s per rad.
 #[test]
 fn each_current_limit_bounds_its_motor_and_raises_its_flag_only() {
     for (motor, limit, limit_v, v_s) in [
@@ -46,7 +47,7 @@ fn each_current_limit_bounds_its_motor_and_raises_its_flag_only() {
             sensed.supply_v = 27.5;
             sensed.relative_rate_rad_s[motor] = rate_rad_s;
             for (share, bound) in [(0.99_f32, false), (1.01, true), (-0.99, false), (-1.01, true)] {
-                // What the other motors get is within their limits.
+                // The other motors' voltages are within their limits.
                 let mut voltage_v = [0.1; MOTORS];
                 voltage_v[motor] = v_s * rate_rad_s + share * limit_v;
                 let output = actuated(&sensed, driving(voltage_v));
@@ -71,7 +72,8 @@ fn each_current_limit_bounds_its_motor_and_raises_its_flag_only() {
     }
 }
 
-/// A current limit around the back-EMF of a wrong encoder would drive a ballast that is to get nothing.
+/// The current limit lies around the back-EMF. With a wrong rate from the encoder, that limit alone would drive a ballast that
+/// is switched off.
 #[test]
 fn a_ballast_that_is_off_gets_no_voltage_whatever_its_encoder_shows() {
     let mut sensed = sensed_at_rest();
@@ -119,7 +121,7 @@ fn what_is_not_a_number_opens_the_bridges_in_its_tick() {
                 sensed.supply_v = broken;
             } else {
                 decision.voltage_v[place] = broken;
-                // An infinite voltage is brought within the current limit: only a motor without one keeps it.
+                // The current limit bounds an infinite voltage, too; a motor without a current limit keeps the infinite voltage.
                 if broken.is_infinite() {
                     sensed.relative_rate_rad_s[place] = broken;
                 }
@@ -154,7 +156,7 @@ fn the_status_tells_what_was_decided() {
     }
 }
 
-/// The references in the status are the laws': 1 m/s and 1 rad/s are approached at 2 m/s^2 and 4 rad/s^2.
+/// The status shows the laws' references, which approach 1 m/s and 1 rad/s at 2 m/s^2 and 4 rad/s^2.
 #[test]
 fn the_status_shows_the_references_on_their_way() {
     let mut bench = Bench::armed();
@@ -177,7 +179,7 @@ fn the_status_shows_the_references_on_their_way() {
     assert!(status.limits.contains(Limit::Reference));
 }
 
-/// The estimator learns that the bridges are open, and only then takes a ballast that hangs for one that hangs down.
+/// Only while the bridges are open does the estimator take it that the ballast hangs down.
 #[test]
 fn an_armed_vehicle_does_not_take_its_ballast_for_one_that_hangs() {
     for armed in [true, false] {
@@ -185,7 +187,7 @@ fn an_armed_vehicle_does_not_take_its_ballast_for_one_that_hangs() {
         if !armed {
             bench.request(Request::Disarm);
         }
-        // 0.21 rad of the ballast's output, moved too slowly for its watch and too fast for nothing.
+        // The ballast's output turns by 0.22 rad, too slowly for the watch over its encoder.
         for _ in 0..100 {
             bench.sample.encoder_counts[2] += 10;
             bench.tick();
@@ -201,7 +203,7 @@ fn an_armed_vehicle_does_not_take_its_ballast_for_one_that_hangs() {
 #[test]
 fn another_vehicle_takes_over_what_was_told_of_the_one_before() {
     let mut bench = Bench::armed();
-    // One late tick, a latched fault, a refused request, and some way.
+    // One late tick, a latched fault, a refused request, and some distance driven.
     bench.sample.time_us += 1000;
     bench.tick();
     for _ in 0..90 {
@@ -222,7 +224,7 @@ fn another_vehicle_takes_over_what_was_told_of_the_one_before() {
     parameters.safety.stop_timeout_s = 2.0;
     let vehicle = Vehicle::new(parameters).expect("valid");
     bench.core = bench.core.with_vehicle(&vehicle);
-    // The gap to the next tick counts, too.
+    // The late tick between the two vehicles counts, too.
     bench.sample.time_us += 1000;
     let after = bench.tick();
     assert_eq!(after.tick, before.tick + 1);
@@ -238,7 +240,7 @@ fn another_vehicle_takes_over_what_was_told_of_the_one_before() {
     ] {
         assert!((after - before).abs() < 2e-4, "{after} after {before}");
     }
-    // The counters' places are no jump, and the new vehicle is in force.
+    // The encoders' counts are no jump to the new vehicle, and its parameters are in force.
     for _ in 0..700 {
         bench.tick();
     }
@@ -250,7 +252,7 @@ fn another_vehicle_takes_over_what_was_told_of_the_one_before() {
         "{}",
         status.blockers
     );
-    // 1.2 rad/s: too fast to be stopped, too slow for a jump.
+    // 1.2 rad/s: too fast for a vehicle that has stopped, too slow for a jump.
     let mut stopping = 0;
     bench.command.age_us = 250_001;
     for tick in 1..4000_u32 {

@@ -1,4 +1,4 @@
-//! What bounds the motors besides their current limits: heat, and the supply that takes nothing back.
+//! What bounds the motors besides their current limits: heat, and a supply that takes no power back.
 
 use super::super::Decision;
 use super::{BoardScales, VehicleCore, reference, sensed_at_rest};
@@ -27,8 +27,8 @@ fn driving(voltage_v: [f32; MOTORS]) -> Decision {
     }
 }
 
-/// A motor that brakes from 10 rad/s into a supply near its highest voltage brakes less, and a motor that drives does not
-/// care: 13.0 V of back-EMF, 5 V across the armature.
+/// Near the supply's highest voltage, a motor that brakes from 10 rad/s brakes less, and a motor that drives is not bounded. The
+/// back-EMF is 13.0 V, the wished voltage 5 V below it.
 #[test]
 fn a_supply_near_its_highest_voltage_takes_back_less() {
     for (battery_v, bound) in [(25.0, false), (27.5, false), (29.8, true)] {
@@ -50,7 +50,8 @@ fn a_supply_near_its_highest_voltage_takes_back_less() {
     }
 }
 
-/// The left motor, whose current the sensor shows far above the limit, may use less; what it lacks the right one gives.
+/// The sensor shows the left motor's current far above the limit: the left motor gets less voltage, and the right motor gets as
+/// much more, so that the drive's mean stays.
 #[test]
 fn the_measured_current_bounds_its_motor_too() {
     let mut core = VehicleCore::new(&reference(), &BoardScales::EXAMPLE);

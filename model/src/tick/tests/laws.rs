@@ -1,4 +1,4 @@
-//! Stage 3: what the laws are asked for under each verdict, and each limit's flag, set and clear.
+//! Stage 3: what the laws do under each verdict, and when each limit's flag is set and clear.
 
 use super::super::decide::{Laws, Wish};
 use super::super::{Estimated, Sines};
@@ -54,7 +54,7 @@ impl Bench {
     }
 }
 
-/// The probe is up for two ticks and down for two, 0.02 V, alike for both drive motors, and nothing for the ballast's.
+/// The probe adds 0.02 V for two ticks and takes 0.02 V off for two, alike for both drive motors; the ballast's motor gets nothing.
 #[test]
 fn a_vehicle_that_stands_gets_the_probe_and_nothing_else() {
     let mut bench = Bench::new();
@@ -80,13 +80,13 @@ fn a_turn_to_the_left_drives_the_right_wheel_on_and_the_left_one_back() {
         let turn_v = wish.terms.steering.sum_v();
         assert!(turn_v * yaw_rate_rad_s > 0.1, "{turn_v}");
         assert!((0.5 * (right - left) - turn_v).abs() < 1e-5);
-        // The mean is the speed law's and the probe's.
+        // The mean is the speed law's voltage plus the probe's.
         assert!((0.5 * (right + left) - wish.terms.speed.sum_v()).abs() < 0.021);
     }
 }
 
-/// A vehicle that stands is slower by the standing law's two thirds: its gears have play. One that turns on the spot has none,
-/// and is as fast as one that drives.
+/// Because of the play in its gears, the law of a vehicle that stands has slower poles. The torque of a turn on the spot takes up
+/// the play, and the poles are those of driving.
 #[test]
 fn a_vehicle_that_turns_on_the_spot_is_not_as_slow_as_one_that_stands() {
     let swing_damping_v = |yaw_rate_rad_s: f32| {
@@ -101,7 +101,7 @@ fn a_vehicle_that_turns_on_the_spot_is_not_as_slow_as_one_that_stands() {
     assert!((swing_damping_v(-0.8) / turns_v - 1.0).abs() < 1e-3);
 }
 
-/// Half of the supply at most is steering's: 0.9 of 25 V, halved. Driving has what steering leaves.
+/// Steering takes at most half of the supply that the duty can give; driving has what steering leaves.
 #[test]
 fn steering_takes_half_of_the_supply_and_driving_the_rest() {
     let mut bench = Bench::new();
@@ -123,7 +123,7 @@ fn steering_takes_half_of_the_supply_and_driving_the_rest() {
     let drive_v = 0.5 * (left + right);
     assert!((drive_v.abs() - 0.5 * supply_v).abs() < 0.021, "{drive_v} V");
     assert!(wish.limits.contains(Limit::Voltage));
-    // Without the turn the whole supply is driving's, and as much is within it.
+    // Without the turn, driving may take the whole supply, and takes more than half of it.
     bench.command.drive.yaw_rate_rad_s = 0.0;
     bench.estimate.yaw_rate_rad_s = 0.0;
     let mut bench = Bench {
@@ -134,7 +134,7 @@ fn steering_takes_half_of_the_supply_and_driving_the_rest() {
     assert!(drive_v.abs() > 0.6 * supply_v, "{drive_v} V");
 }
 
-/// A command counts as reached within 0.01 m/s.
+/// A commanded speed counts as reached within 0.01 m/s.
 #[test]
 fn each_limits_flag_rises_with_its_cause_and_falls_without() {
     type Cause = fn(&mut Bench);
@@ -150,7 +150,7 @@ fn each_limits_flag_rises_with_its_cause_and_falls_without() {
         (Limit::Reference, true, |b| b.command.drive.speed_m_s = -0.5),
         (Limit::Reference, false, |b| b.command.drive.speed_m_s = 0.009),
         (Limit::Reference, false, |b| b.command.drive.speed_m_s = -0.009),
-        // After 20 ticks a yaw rate of 0.08 rad/s is reached; 5 rad/s at 2.5 m/s ask for more than the ground's grip.
+        // After 20 ticks the reference reaches 0.08 rad/s. A slope with the sine 0.53 leaves no grip for a turn at 2.5 m/s.
         (Limit::Reference, true, |b| b.command.drive.yaw_rate_rad_s = 0.2),
         (Limit::Reference, false, |b| b.command.drive.yaw_rate_rad_s = -0.07),
         (Limit::Reference, true, |b| {
@@ -176,7 +176,7 @@ fn each_limits_flag_rises_with_its_cause_and_falls_without() {
         );
         let (sensed, estimate) = (bench.sensed, bench.estimate);
         cause(&mut bench);
-        // The slope under a vehicle that drives is followed slowly: it is armed there.
+        // While the vehicle drives, the laws follow the slope slowly. So the vehicle is armed on it.
         let armed = bench.tick(Findings {
             newly_armed: true,
             ..ARMED
@@ -191,7 +191,7 @@ fn each_limits_flag_rises_with_its_cause_and_falls_without() {
     }
 }
 
-/// A controlled stop drives towards rest whatever is commanded; a disarmed vehicle aims at nothing.
+/// A controlled stop drives towards rest whatever is commanded; the laws of a disarmed vehicle have no target.
 #[test]
 fn the_mode_decides_what_is_aimed_at() {
     for (mode, target_m_s) in [(Mode::Armed, 1.0), (Mode::Stopping, 0.0), (Mode::Disarmed, 0.0)] {
@@ -212,7 +212,7 @@ fn the_mode_decides_what_is_aimed_at() {
     }
 }
 
-/// What the estimator learns of the speed law is what the law does.
+/// The intent, which the estimator reads, holds the target and the reference that the speed law uses.
 #[test]
 fn the_intent_is_the_laws_target_and_reference() {
     let mut bench = Bench::new();

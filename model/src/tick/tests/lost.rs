@@ -10,8 +10,8 @@ const ARM_LOST: Believed = Believed {
     ..Believed::ALL
 };
 
-/// An IMU that feels its weight from above contradicts itself in 40 ticks, though the sine of 180 degrees is 0; of a vehicle
-/// that is disarmed, which hands may turn over, it shows how it lies.
+/// While the vehicle is armed, an IMU that feels its weight from above contradicts itself within 40 ticks, although the sine of
+/// 180 degrees is 0. Hands may turn a disarmed vehicle over: there the same reading shows how the vehicle lies.
 #[test]
 fn an_imu_that_is_upside_down_is_told_while_the_vehicle_is_armed() {
     for (disarmed, expected) in [(false, Some(40)), (true, None)] {
@@ -30,7 +30,7 @@ fn an_imu_that_is_upside_down_is_told_while_the_vehicle_is_armed() {
     assert!(!bench.tick().contradicted, "what was not believed is forgotten");
 }
 
-/// The same of the spar's.
+/// The same for the spar's IMU.
 #[test]
 fn a_spar_imu_that_is_upside_down_is_told_while_the_vehicle_is_armed() {
     for (disarmed, expected) in [(false, Some(40)), (true, None)] {
@@ -89,8 +89,8 @@ fn an_imu_on_its_side_is_told_before_anything_is_armed() {
     }
 }
 
-/// What an IMU last gave of a moving arm is no rest, and teaches neither bias nor angle, however long it stays; the
-/// heading follows the wheels. When the IMU is back, it is calibrated anew in the time that a boot takes.
+/// The last reading of a lost IMU may repeat for any time. It does not count as rest, and the estimator learns neither bias nor
+/// angle from it; the heading follows the wheels. When the IMU is back, the estimator calibrates it in the time that a boot takes.
 #[test]
 fn what_a_lost_imu_last_showed_teaches_nothing() {
     for rate_rad_s in [0.0, 0.02, -0.04, 0.9] {
@@ -142,7 +142,7 @@ fn what_a_lost_imu_last_showed_teaches_nothing() {
     }
 }
 
-/// A lost IMU's accelerometer weighs nothing: the slope is not learnt from wheels that speed up beside it.
+/// A lost IMU's accelerometer does not count: while the wheels speed up, the estimator learns no slope.
 #[test]
 fn wheels_that_speed_up_beside_a_lost_imu_teach_no_slope() {
     let mut bench = Bench::driving();
@@ -173,8 +173,8 @@ fn an_imu_that_is_back_on_a_rolling_vehicle_is_aligned_and_shows_no_slide() {
         let first = bench.tick();
         assert!((first.phi_rad - sine.asin()).abs() < 1e-3, "{sine}: {first:?}");
         assert!(!first.calibrated);
-        // The arm's angle is wrong by this sine from now on: taken for a slide, that would be some m/s within the two
-        // seconds, where a bias that is learnt from it is some mm/s.
+        // From now on the arm's angle is wrong by this sine. If the estimator took the error for a slide, the speed would be
+        // wrong by metres per second within the two seconds; a bias learnt from the error changes it by millimetres per second.
         bench.sensed.arm = feels([0.0, 1.0]);
         for tick in 0..2000 {
             let estimate = bench.tick();
@@ -187,7 +187,7 @@ fn an_imu_that_is_back_on_a_rolling_vehicle_is_aligned_and_shows_no_slide() {
     }
 }
 
-/// A bias that was found stays found, however long the vehicle stands: what it explains is no turn.
+/// The estimator keeps the bias that it found, however long the vehicle stands: a rate that the bias explains is no turn.
 #[test]
 fn a_bias_that_explains_what_the_gyro_shows_is_not_sought_again() {
     let mut bench = Bench::new();
@@ -199,7 +199,7 @@ fn a_bias_that_explains_what_the_gyro_shows_is_not_sought_again() {
     }
 }
 
-/// Encoders that are not believed show no rest: nothing is learnt beside them.
+/// Encoders that the vehicle does not believe show no rest: the estimator learns nothing meanwhile.
 #[test]
 fn wheels_whose_encoders_are_lost_do_not_stand() {
     let mut bench = Bench::new();
@@ -213,8 +213,8 @@ fn wheels_whose_encoders_are_lost_do_not_stand() {
     assert!(bench.ticks(500).calibrated);
 }
 
-/// An angle that is wrong when the vehicle comes to rest is put right, and is not taken for a bias: else the gyro would
-/// show a turn for ever, and the vehicle would never be at rest again.
+/// The estimator corrects an angle that is wrong when the vehicle comes to rest, and takes no bias from it. With a wrong bias the
+/// gyro would show a turn for ever, and the vehicle would never be at rest again.
 #[test]
 fn a_wrong_angle_at_rest_is_no_bias() {
     for sine in [0.02_f32, 0.1, -0.3, 0.6] {
@@ -225,7 +225,7 @@ fn a_wrong_angle_at_rest_is_no_bias() {
         for tick in 1..=3000 {
             let estimate = bench.tick();
             assert!(tick <= 110 || estimate.at_rest, "{sine}: {tick}");
-            // A fifth of the rate that is motion.
+            // A fifth of the rate that counts as motion.
             assert!(estimate.gyro_bias_rad_s.abs() < 0.01, "{sine}: {estimate:?}");
         }
         let estimate = bench.tick();
@@ -233,8 +233,8 @@ fn a_wrong_angle_at_rest_is_no_bias() {
     }
 }
 
-/// A bias that changed while the vehicle stood is found again in 2 s and a calibration's time; a turn that is more than a
-/// bias can be is none.
+/// The estimator finds a bias that changed while the vehicle stood in 2 s and the time of a calibration. A rate that is larger
+/// than a bias can be is a turn.
 #[test]
 fn a_bias_that_changed_at_rest_is_found_again() {
     for (axis, bias_rad_s, found) in [
@@ -262,7 +262,7 @@ fn a_bias_that_changed_at_rest_is_found_again() {
     }
 }
 
-/// An armed vehicle that turns slowly on standing wheels, as one that is carried, keeps its calibration.
+/// An armed vehicle that turns slowly while its wheels stand, for example in somebody's hands, keeps its calibration.
 #[test]
 fn an_armed_vehicle_does_not_calibrate_anew() {
     let mut bench = Bench::new();
@@ -272,7 +272,7 @@ fn an_armed_vehicle_does_not_calibrate_anew() {
     assert!((0..3000).all(|_| bench.tick().calibrated));
 }
 
-/// A spar's IMU that was lost is aligned when it is back, and calibrated at the next rest.
+/// The estimator aligns a spar's IMU that was lost as soon as it is back, and calibrates it at the next rest.
 #[test]
 fn a_spars_imu_that_was_lost_begins_anew() {
     let mut bench = Bench::new();

@@ -40,7 +40,7 @@ struct Ride {
     sensed: Sensed,
     /// Angle of the IMU about its x axis.
     mounted_rad: f64,
-    /// It is mounted half a turn about its z axis.
+    /// Whether the IMU is mounted with half a turn about its z axis.
     mirrored: bool,
     turned_rad: [f64; 2],
 }
@@ -128,7 +128,7 @@ impl Ride {
                 + radius * (swing_rad_s * swing_rad_s + turn * sin)) as f32,
         };
         let normal = phi_rad - slope_rad;
-        // Gravity along the axle, and what a turn at speed needs, with the Coriolis acceleration of the swinging IMU.
+        // Gravity along the axle, the acceleration across the heading in a turn, and the swinging IMU's Coriolis acceleration.
         let ahead_m_s = radius * normal.cos() * swing_rad_s;
         self.sensed.arm_force_y_m_s2 =
             (g * (motion.sin_roll + askew) + (motion.speed_m_s + 2.0 * ahead_m_s) * yaw) as f32;
@@ -157,7 +157,7 @@ impl Ride {
         self.estimator.step(&self.sensed, Believed::ALL, disarmed, intent)
     }
 
-    /// Angle of a wheel relative to the arm, apart from a constant: the right one's on the side 1.
+    /// Angle of a wheel relative to the arm, apart from a constant: the right wheel's for the side 1, the left wheel's for -1.
     fn turned(&self, motion: Motion, side: f64) -> f64 {
         let body = self.vehicle.parameters().body;
         let (r, d) = (f64::from(body.wheel_radius_m), f64::from(body.half_track_m));
@@ -172,8 +172,8 @@ fn near(what: &str, found: f32, expected: f64, tolerance: f64) {
     assert!(error.abs() < tolerance, "{what}: {found} instead of {expected}");
 }
 
-/// A vehicle that obeys the equations of motion up and down a slope, under a voltage that swings its arm: arm, slope,
-/// speed and way are those of the equations.
+/// A vehicle obeys the equations of motion up and down a slope, under a voltage that swings its arm. The estimates of arm, slope,
+/// speed and distance are those of the equations.
 #[test]
 fn arm_slope_speed_and_way_are_followed_along_the_equations_of_motion() {
     for slope_rad in [0.0_f64, 0.15, -0.1] {
@@ -224,7 +224,8 @@ fn arm_slope_speed_and_way_are_followed_along_the_equations_of_motion() {
     }
 }
 
-/// On a circle: heading, place, and no roll, as the side force is that of the turn.
+/// On a circle, the estimates of heading and position follow the vehicle. The side force is that of the turn, so the estimate of
+/// the roll stays 0.
 #[test]
 fn a_circle_is_followed_to_its_end() {
     for yaw_rate_rad_s in [0.5, -0.5] {
@@ -254,8 +255,8 @@ fn a_circle_is_followed_to_its_end() {
     }
 }
 
-/// Turning on the spot on an incline: the slope along the heading goes once up and once down, the arm with it, and the
-/// axle rolls; none of it is a turn of the wheels.
+/// The vehicle turns on the spot on an incline: the slope along the heading rises and falls once, the arm follows, and the axle
+/// rolls. None of these motions counts as a turn of the wheels.
 #[test]
 fn turning_on_an_incline_changes_the_slope_along_the_heading() {
     for yaw_rate_rad_s in [0.4, -0.4] {
@@ -266,7 +267,7 @@ fn turning_on_an_incline_changes_the_slope_along_the_heading() {
             let slope_rad = (incline * heading.cos()).asin();
             let sin_roll = -incline * heading.sin();
             let sin_phi = incline * heading.cos() / weight;
-            // The arm keeps its balance; of that its gyro, which turns with the plane, shows less.
+            // The arm keeps its balance. Its gyro turns with the plane, and shows less than the arm's turn.
             let phi_rate = -incline * heading.sin() / weight / (1.0 - sin_phi * sin_phi).sqrt() * yaw_rate_rad_s;
             Motion {
                 phi_rad: sin_phi.asin(),
@@ -292,7 +293,8 @@ fn turning_on_an_incline_changes_the_slope_along_the_heading() {
     }
 }
 
-/// An IMU that is mounted askew by 2 degrees: from the second turn on the spot, its swing is no way.
+/// An IMU is mounted askew by 2 degrees, so that it shows a swing while the vehicle turns. From the second turn on the spot, the
+/// estimator takes no distance from that swing.
 #[test]
 fn an_imu_mounted_askew_is_known_after_a_turn() {
     for yaw_rate_rad_s in [1.0, -1.0] {
@@ -311,7 +313,7 @@ fn an_imu_mounted_askew_is_known_after_a_turn() {
     }
 }
 
-/// Wheels that slide: speed and way are what the accelerometer gives.
+/// While the wheels slide, speed and distance follow the accelerometer.
 #[test]
 fn a_slide_is_told_and_its_way_is_the_accelerometers() {
     let rolling = Motion {
@@ -337,7 +339,7 @@ fn a_slide_is_told_and_its_way_is_the_accelerometers() {
     }
     assert!(told_after.is_some_and(|k| (150..250).contains(&k)), "{told_after:?}");
     near("speed", found.speed_m_s, 0.2, 0.12);
-    // Until the slide was reported, the wheels counted.
+    // Until the estimator reported the slide, the wheels counted.
     let way_m = f64::from(found.distance_m - before.distance_m);
     assert!((0.45..0.65).contains(&way_m), "{way_m}");
 }

@@ -41,7 +41,7 @@ impl Bench {
         bench
     }
 
-    /// Stood still, then commanded to drive `way`.
+    /// Commands a vehicle that stands to drive `way`.
     fn told(&mut self, way: f32) {
         self.intent.target_m_s = 0.0;
         self.ticks(100);
@@ -61,7 +61,7 @@ impl Bench {
 
     pub(super) fn tick(&mut self) -> Estimate {
         if self.sensed.relative_rate_rad_s[0] != 0.0 {
-            // Wheels that turn count on.
+            // Wheels that turn go on counting.
             self.sensed.encoder_counts[0] += 3;
             self.sensed.encoder_counts[1] += 3;
         }
@@ -77,7 +77,7 @@ impl Bench {
     }
 }
 
-/// At rest after 100 ticks, calibrated after 500: biases of 0.02 rad/s are motion before, and nothing after.
+/// The vehicle is at rest after 100 ticks and calibrated after 500. Biases of 0.02 rad/s show as motion before, and not after.
 #[test]
 fn a_vehicle_that_stands_is_at_rest_and_calibrates_in_time() {
     let mut bench = Bench::new();
@@ -100,7 +100,8 @@ fn a_vehicle_that_stands_is_at_rest_and_calibrates_in_time() {
     );
 }
 
-/// Rest: wheels below 0.03 rad/s, the arm below 0.05 rad/s, and below 0.1 rad/s until its gyro's bias is known.
+/// A vehicle is at rest when its wheels turn below 0.03 rad/s, and its arm below 0.05 rad/s, or below 0.1 rad/s until its gyro's
+/// bias is known.
 #[test]
 fn what_moves_is_not_at_rest() {
     for (wheel_rad_s, arm_rad_s, calibrated, expected) in [
@@ -123,7 +124,7 @@ fn what_moves_is_not_at_rest() {
             bench.disarmed = false;
             let at_rest = (0..100).fold(false, |_, _| {
                 if wheel_rad_s != 0.0 {
-                    // A wheel that turns counts on.
+                    // A wheel that turns goes on counting.
                     bench.sensed.encoder_counts[wheel] += 2;
                 }
                 bench
@@ -136,8 +137,8 @@ fn what_moves_is_not_at_rest() {
     }
 }
 
-/// On a slope the arm hangs out from the start, and its gyro is no less at rest: after boot, as after a change of the
-/// parameters.
+/// On a slope the arm hangs off the wheels' vertical from the start, and the gyro is at rest all the same: after a boot, and after
+/// a change of the parameters.
 #[test]
 fn a_vehicle_on_a_slope_calibrates_in_the_same_time() {
     for sin_phi in [0.7_f32, 0.2, -0.2, -0.7] {
@@ -163,7 +164,7 @@ fn a_vehicle_on_a_slope_calibrates_in_the_same_time() {
     }
 }
 
-/// Only while nothing drives does rest calibrate, and does the ballast hang.
+/// Only while nothing drives does the estimator calibrate at rest, and take it that the ballast hangs down.
 #[test]
 fn an_armed_vehicle_that_stands_neither_calibrates_nor_lets_its_ballast_hang() {
     let mut bench = Bench::new();
@@ -181,8 +182,8 @@ fn an_armed_vehicle_that_stands_neither_calibrates_nor_lets_its_ballast_hang() {
     assert!((bench.tick().ballast_rad - 0.1).abs() < 1e-6);
 }
 
-/// An idle ballast hangs along the vertical, so relative to a tilted spar it hangs the other way. A gyro's bias of the
-/// spar's IMU is learnt by itself.
+/// An idle ballast hangs along the vertical, so its angle relative to a tilted spar is the negative of the spar's. The estimator
+/// learns the gyro's bias of the spar's IMU apart from the arm's.
 #[test]
 fn the_spars_angle_and_bias_are_its_own() {
     let mut bench = Bench::new();
@@ -202,7 +203,7 @@ fn the_spars_angle_and_bias_are_its_own() {
     assert_eq!(estimate.ballast_rate_rad_s, 1.5);
 }
 
-/// An IMU that gives nothing new has nothing to average: each by its own age.
+/// An IMU that gives no new reading adds nothing to its average. Each IMU's age counts for that IMU alone.
 #[test]
 fn each_imu_calibrates_from_its_own_new_readings() {
     let mut bench = Bench::new();
@@ -220,7 +221,8 @@ fn each_imu_calibrates_from_its_own_new_readings() {
     assert!(estimate.spar_rate_rad_s.abs() < 1e-4, "{}", estimate.spar_rate_rad_s);
 }
 
-/// Slower than 0.05 m/s and 0.2 rad/s, with the arm within a sine of 0.15 of where it hangs at rest.
+/// A vehicle has stopped when it is slower than 0.05 m/s and 0.2 rad/s, with the arm within a sine of 0.15 of where it hangs at
+/// rest.
 #[test]
 fn stopped_is_slow_with_the_arm_lowered() {
     for (speed_m_s, arm_rad_s, sin_phi, expected) in [
@@ -244,7 +246,7 @@ fn stopped_is_slow_with_the_arm_lowered() {
         bench.sensed.arm.rate_rad_s = swing_rad / 0.02;
         bench.ticks(20);
         bench.sensed.arm.rate_rad_s = arm_rad_s;
-        // The wheels' rate is what the encoders show less the arm's.
+        // The wheels' rate is the encoders' rate less the arm's.
         let relative_rad_s = speed_m_s / 0.25 + arm_rad_s;
         bench.sensed.relative_rate_rad_s = [relative_rad_s, relative_rad_s, 0.0];
         let estimate = bench.tick();
@@ -253,7 +255,7 @@ fn stopped_is_slow_with_the_arm_lowered() {
     }
 }
 
-/// The accelerometer corrects the arm's angle only between 0.5 g and 2 g, and again after 30 ticks within.
+/// The accelerometer corrects the arm's angle only between 0.5 g and 2 g, and again after 30 ticks within these bounds.
 #[test]
 fn a_vehicle_that_falls_or_lands_does_not_believe_its_accelerometer() {
     for (force_g, believed) in [(0.49, false), (0.51, true), (1.99, true), (2.01, false)] {
@@ -281,8 +283,8 @@ fn a_vehicle_that_falls_or_lands_does_not_believe_its_accelerometer() {
     }
 }
 
-/// A sine of 0.7 between gyro and accelerometer for 300 ticks, either way; the accelerometer is heard as late as the
-/// wheels, so that a sine of 0.75 takes up to 100 ticks more to show.
+/// Gyro and accelerometer contradict each other when they differ by a sine of 0.7, either way, for 300 ticks. The accelerometer is
+/// delayed as the wheels are, so that a difference of 0.75 takes up to 100 ticks more to show.
 #[test]
 fn gyro_and_accelerometer_contradict_each_other_in_300_ticks() {
     for (sine, expected) in [(0.75_f32, true), (-0.75, true), (0.69, false), (-0.69, false)] {
@@ -336,7 +338,7 @@ fn a_blocked_vehicle_tells_so_and_keeps_the_slope_of_the_ground() {
     }
 }
 
-/// The ground before an obstacle is noted along the way: on a hill that was driven up, it is the hill.
+/// On the way, the estimator notes the slope of the ground. An obstacle on a hill stands on that slope.
 #[test]
 fn an_obstacle_on_a_hill_stands_on_the_hill() {
     for way in [1.0_f32, -1.0] {
@@ -359,14 +361,14 @@ fn an_obstacle_on_a_hill_stands_on_the_hill() {
     }
 }
 
-/// Pose and heading are those of the estimator before; the calibration is not.
+/// A new estimator takes over the pose and the heading of the one before, and calibrates anew.
 #[test]
 fn an_estimator_takes_over_the_pose_of_another_one() {
     let mut bench = Bench::driving();
     bench.sensed.relative_rate_rad_s = [3.0, 5.0, 0.0];
     bench.sensed.relative_advance_rad = [0.003, 0.005, 0.0];
     bench.sensed.arm_gyro_xz_rad_s = [0.0, 1.0];
-    // 1 m/s times 1 rad/s: the ground holds the turn.
+    // The ground gives the turn its 1 m/s times 1 rad/s.
     bench.sensed.arm_force_y_m_s2 = 1.0;
     let before = bench.ticks(500);
     assert!(
@@ -385,10 +387,10 @@ fn an_estimator_takes_over_the_pose_of_another_one() {
         (before.x_m, before.y_m, before.heading_rad, before.distance_m)
     );
     assert!(!after.calibrated);
-    // The next advance goes along the heading that was taken over, not along half of it.
+    // The next advance goes along the heading that was taken over, not along the mean of that heading and 0.
     bench.sensed.relative_advance_rad = [0.04, 0.04, 0.0];
     let on = bench.tick();
-    // Nor does the advance of the very first tick.
+    // The same holds for the advance of a new estimator's first tick.
     bench.estimator = Estimator::new(&reference()).with_pose_of(&bench.estimator);
     let first = bench.tick();
     for (from, to) in [(after, on), (on, first)] {

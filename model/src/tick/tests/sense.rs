@@ -1,9 +1,9 @@
-//! Stage 1: what raw counts stand for.
+//! Stage 1: raw counts become physical quantities.
 
 use super::{BoardScales, G, VehicleCore, reference, resting, without_spar};
 use crate::sample::{ImuRaw, ImuSample, Motor};
 
-/// Registers: x forward, y left, z up; 4000 counts per g and 30 counts per deg/s.
+/// The part's axes are x forward, y left, z up, with 4000 counts per g and 30 counts per deg/s.
 #[test]
 fn an_imus_counts_become_si_units_and_swinging_forward_is_positive() {
     let mut sample = resting();
@@ -28,12 +28,12 @@ fn an_imus_counts_become_si_units_and_swinging_forward_is_positive() {
     near(sensed.arm_gyro_xz_rad_s[1], 30.0_f32.to_radians());
 }
 
-/// A drive motor has 1024 counts per turn in front of a gearbox of 43, the ballast's of 28.
+/// A motor's encoder has 1024 counts per turn of the motor. The drive motors' gear ratio is 43, the ballast motor's 28.
 #[test]
 fn an_encoders_counts_become_angles_and_rates_at_the_output() {
     let mut core = VehicleCore::new(&reference(), &BoardScales::EXAMPLE);
     let mut sample = resting();
-    // Where the counters stand at boot means nothing.
+    // The counters may show any value at boot.
     sample.encoder_counts = [1 << 40, -500, 7000];
     let first = core.sense(&sample);
     assert_eq!(first.relative_advance_rad, [0.0; 3]);
@@ -56,7 +56,7 @@ fn an_encoders_counts_become_angles_and_rates_at_the_output() {
     assert!((sensed.ballast_turned_rad / (1000.0 * per_count[2]) - 1.0).abs() < 1e-5);
 }
 
-/// 2 mA per count around 32,000; a battery's step is followed with a time constant of 5 ms.
+/// A current has 2 mA per count around 32,000. The supply voltage follows a step of the battery with a time constant of 5 ms.
 #[test]
 fn analogue_counts_become_amperes_and_volts() {
     let mut core = VehicleCore::new(&reference(), &BoardScales::EXAMPLE);
@@ -78,7 +78,7 @@ fn analogue_counts_become_amperes_and_volts() {
     assert!((after[4] - expected).abs() < 0.01, "{} V after 5 ms", after[4]);
 }
 
-/// Nothing is wired to the inputs of a ballast that the vehicle does not have.
+/// The vehicle has no ballast, and nothing is wired to the ballast's inputs.
 #[test]
 fn a_vehicle_without_a_spar_senses_no_ballast() {
     let mut core = VehicleCore::new(&without_spar(), &BoardScales::EXAMPLE);
@@ -98,7 +98,7 @@ fn a_vehicle_without_a_spar_senses_no_ballast() {
     }
 }
 
-/// What the counters stood at is the vehicle's, not the parameters': the way of the tick in which they change is not lost.
+/// The encoders' counts stay when the parameters change: the distance of the tick in which they change is not lost.
 #[test]
 fn another_vehicle_takes_over_counts_and_supply() {
     let mut core = VehicleCore::new(&reference(), &BoardScales::EXAMPLE);

@@ -1,3 +1,5 @@
+//! The ripple at the converter's samples, against an integral of the voltage.
+
 use super::super::waveform::PwmShape;
 use super::*;
 

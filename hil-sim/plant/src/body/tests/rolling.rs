@@ -1,4 +1,4 @@
-//! Compares the solution for a vehicle that rolls on a plane with the general solution.
+//! Compares the plant's shorter solution for a vehicle that rolls on a plane with the general solution.
 
 use super::*;
 
@@ -40,7 +40,7 @@ fn rolling_on_a_plane_is_solved_as_anything_else_is() {
             // The vehicle's 17 kg start this motion within one substep: 3 mN at each wheel.
             assert!((normals[0][0] - normals[1][0]).abs() < 4e-3, "{time} s: {normals:?}");
         }
-        assert_ne!(rolling.speed(), general.speed(), "there are two ways");
+        assert_ne!(rolling.speed(), general.speed(), "both bodies use one solution");
         assert!(rolling.position()[FORWARD] > 0.5 && rolling.position()[YAW].abs() > 0.02);
         assert!(rolling.wheels().iter().all(|wheel| !wheel.sliding));
     }

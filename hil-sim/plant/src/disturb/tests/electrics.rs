@@ -26,7 +26,10 @@ fn leads_and_half_bridges_fail_one_motor_each() {
     plant.set_leads(0, Leads::Shorted);
     run(&mut plant, 20, drive);
     assert_eq!(plant.bridge_current_a()[0], 45.0, "the bridge chops into the short");
-    assert!(plant.truth().current_a[0].abs() < 1e-6, "the armature has none");
+    assert!(
+        plant.truth().current_a[0].abs() < 1e-6,
+        "current flows through the armature"
+    );
     plant.set_leads(0, Leads::Exchanged);
     run(&mut plant, 20, drive);
     let armature_a = plant.truth().current_a[0];

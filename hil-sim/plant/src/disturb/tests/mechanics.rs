@@ -42,7 +42,7 @@ fn wheels_of_unequal_radius_turn_by_their_difference() {
         assert!((found / chord - 1.0).abs() < 1e-3, "{found} against {chord} m");
         assert!(
             heading * (1.0 - factor) > 0.0 && heading.abs() > 0.01,
-            "towards the smaller wheel"
+            "the vehicle does not turn towards the smaller wheel"
         );
     }
 }
@@ -109,7 +109,7 @@ fn on_the_stand_the_axle_stays_and_the_wheels_turn() {
     assert!(truth.lifted == [false; 2] && truth.height_m.abs() < 1e-9, "{truth:?}");
     assert!(
         truth.x_m.abs() > 1e-3 || truth.heading_rad.abs() > 1e-3,
-        "it is driven again"
+        "the vehicle stays where the stand was"
     );
 }
 
@@ -121,7 +121,10 @@ fn a_seized_wheel_turns_with_the_arm_and_the_other_one_drives_round_it() {
     let left = plant.body().joint_angle(0);
     assert!(left.abs() < 1e-5, "{left}");
     assert!(plant.body().joint_angle(1) > 0.5, "the right wheel turns");
-    assert!(plant.truth().heading_rad > 0.2, "about the left one");
+    assert!(
+        plant.truth().heading_rad > 0.2,
+        "the vehicle does not turn about the left wheel"
+    );
     plant.set_jammed(0, false);
     run(&mut plant, 500, [0.15, 0.15, 0.0].map(BridgeState::Duty));
     assert!(plant.body().joint_angle(0) > 0.1);
@@ -145,7 +148,7 @@ fn a_push_gives_its_impulse_to_everything_that_moves() {
         let start = plant.body().energy(plant.ground());
         plant.push(push, 0.1);
         run(&mut plant, 101, OPEN);
-        assert_eq!(plant.body().push(), None, "it ends");
+        assert_eq!(plant.body().push(), None, "the push does not end");
         // Momentum along the ground: that of the axle, the arm, the spar and the ballast.
         let (q, u) = (plant.body().position(), plant.body().speed());
         let i = plant.body().inertia();
@@ -311,7 +314,7 @@ fn the_arm_imu_turns_with_the_arm_not_with_its_centre_of_mass() {
     run(&mut plant, 20_000, OPEN);
     let phi = plant.truth().phi_rad;
     let expected = -(0.6_f64).atan2(12.24 * 0.2 + 0.6);
-    // Within the angle that the gears' friction can hold: 0.4 N m of the arm's 30 N m.
+    // Tolerance: the angle that the gears' friction can hold, 0.4 N m of the arm's 30 N m.
     assert!((phi - expected).abs() < 0.4 / 30.0, "{phi} against {expected}");
     let words = plant.arm_imu().data().expect("it answers");
     // With the arm back by phi, gravity shows on x as the sine of phi.

@@ -1,4 +1,4 @@
-//! Settings as they appear in files.
+//! Settings as files give them.
 
 use super::*;
 use crate::settings::SettingsError;

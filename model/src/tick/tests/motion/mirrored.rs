@@ -3,7 +3,7 @@
 use super::{Motion, Ride};
 use crate::sample::TICK_S;
 
-/// The arm swings below wheels that drive on: the wheels of an armed vehicle show that its IMU is mirrored.
+/// The arm swings while the wheels drive on: the wheels of an armed vehicle show that its IMU is mirrored.
 #[test]
 fn a_mirrored_imu_contradicts_the_wheels_once_they_turn_against_the_arm() {
     for (mirrored, disarmed, slope_rad) in [
@@ -43,7 +43,7 @@ fn a_mirrored_imu_contradicts_the_wheels_once_they_turn_against_the_arm() {
     }
 }
 
-/// What a watch has seen of a vehicle that was armed is forgotten when it is disarmed.
+/// A disarm clears what the watch has seen of the armed vehicle.
 #[test]
 fn what_was_seen_before_a_disarm_tells_nothing_after_it() {
     let swing = |k: u32| {

@@ -1,4 +1,4 @@
-//! Attacks on the readers of scenarios and vehicles: each message names the file, the place, what was found and what is allowed.
+//! Attacks on the reader of scenarios: each message names the file, the place, the text found there and the allowed values.
 
 use vehicle_file::{place::TextPlace, reference};
 
