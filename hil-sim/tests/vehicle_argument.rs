@@ -71,7 +71,7 @@ fn the_file_is_worth_its_flags() {
     let (mass, r, w) = (13.6, 0.25_f64, (9.81_f64 / 0.25).sqrt());
     let inertia = mass * r * r;
     let damping = 1.065 + 2.0 * 0.0302 * 0.030124 * 43.0 * 43.0 / 0.316;
-    // On a plane the spar rides along: everything is over the whole mass. In space it does not.
+    // The spar rides along: everything is over the whole mass. A flag of `spatial` gives it.
     let (lc, mc) = (0.3_f64, 0.45);
     let whole = mass + mc + 1.53 + 2.04;
     let numbers = |mass: f64| {
@@ -98,7 +98,11 @@ fn the_file_is_worth_its_flags() {
     );
     for line in COMMANDS {
         let flags = match line.split(' ').next().unwrap() {
-            "spatial" => format!("{alone} --s 1.2 --j0 {}", 0.12 / inertia),
+            "spatial" => format!(
+                "{alone} --s 1.2 --j0 {} --carried {}",
+                0.12 / inertia,
+                (whole - mass) / mass
+            ),
             "lqr" | "camera" => camera.clone(),
             // No flags describe its spar: see below.
             "coupled" => continue,
@@ -242,7 +246,7 @@ fn a_vehicle_without_a_spar_has_no_camera_commands() {
 }
 
 /// What is said in SI is the nondimensional number times a scale that is computed here: speed sqrt(g r) at theta' = 1,
-/// and the voltage at which both motors give (M+m) g r (3.11); of the planar vehicle, which carries its spar, the whole mass.
+/// and the voltage at which both motors give (M+m) g r (3.11); of a vehicle that carries its spar, the whole mass.
 #[test]
 fn a_whole_vehicle_gives_volts_speeds_and_degrees() {
     let r = 0.25_f64;
@@ -311,7 +315,7 @@ fn a_whole_vehicle_gives_volts_speeds_and_degrees() {
     for (line, unit_v) in [
         ("simulate --voltage 0.5 --t-end 1 --sample 1", volts),
         ("coupled --t-end 1 --sample 1", alone),
-        ("spatial --t-end 1 --sample 1", alone),
+        ("spatial --t-end 1 --sample 1", volts),
     ] {
         let run = json(line, Some(REFERENCE));
         near(&run["voltage_unit_v"], unit_v);
