@@ -61,7 +61,10 @@ fn poles_and_limits_are_told_and_an_unstable_law_is_named() {
         .lines()
         .find(|line| line.starts_with("poles of Eq. 3.25"))
         .expect("the poles");
-    assert!(line.ends_with("unstable"), "{line}");
+    assert!(
+        line.ends_with("unstable") && line.contains(" that this file's `law` leaves unused"),
+        "{line}"
+    );
     assert_eq!(output.status.code(), Some(0), "the landing law is stable: {table}");
 }
 

@@ -74,16 +74,17 @@ pub async fn run<M: RawMutex>(topics: &Topics<M>, mut indicators: impl Indicator
         if round.is_multiple_of(SUMMARY_EVERY) {
             let cycles = topics.cycles.latest().map(|c| c.value).unwrap_or_default();
             info!(
-                "{}: {} mm/s, phi {} mrad, slope {} mrad, {} mV, tick {} cycles (worst {}), late {}",
+                "{}: {} mm/s, phi {} mrad, slope {} mrad, {} mV, late {}",
                 t.mode.name(),
                 (t.estimate.speed_m_s * 1000.0) as i32,
                 (t.estimate.phi_rad * 1000.0) as i32,
                 (t.estimate.slope_rad * 1000.0) as i32,
                 (t.battery_v * 1000.0) as i32,
-                cycles.total,
-                cycles.worst,
                 t.late_ticks
             );
+            if cycles.are_counted() {
+                info!("tick {} cycles (worst {})", cycles.total, cycles.worst);
+            }
         }
         round = round.wrapping_add(1);
     }

@@ -98,7 +98,11 @@ fn the_file_is_worth_its_flags() {
     );
     for line in COMMANDS {
         let flags = match line.split(' ').next().unwrap() {
-            "spatial" => format!("{alone} --s 1.2 --j0 {}", 0.12 / inertia),
+            "spatial" => format!(
+                "{alone} --s 1.2 --j0 {} --carried {}",
+                0.12 / inertia,
+                (whole - mass) / mass
+            ),
             "lqr" | "camera" => camera.clone(),
             // No flags describe its spar: `the_reference_vehicle_carries_the_spar_of_chapter_7` checks it.
             "coupled" => continue,
@@ -311,7 +315,7 @@ fn a_whole_vehicle_gives_volts_speeds_and_degrees() {
     for (line, unit_v) in [
         ("simulate --voltage 0.5 --t-end 1 --sample 1", volts),
         ("coupled --t-end 1 --sample 1", alone),
-        ("spatial --t-end 1 --sample 1", alone),
+        ("spatial --t-end 1 --sample 1", volts),
     ] {
         let run = json(line, Some(REFERENCE));
         near(&run["voltage_unit_v"], unit_v);

@@ -19,20 +19,25 @@ fn parameters() -> impl Strategy<Value = SpatialParameters<f64>> {
         0.0..0.2_f64,
         0.4..2.0_f64,
         0.0..0.2_f64,
+        // Of what the arm leaves.
+        0.0..0.9_f64,
         -0.6..0.6_f64,
         -0.6..0.6_f64,
     )
-        .prop_map(|(l, alpha, zeta, mu, nu, s, j0, slope_x, slope_y)| SpatialParameters {
-            l,
-            alpha,
-            zeta,
-            mu,
-            nu,
-            s,
-            j0,
-            slope_x,
-            slope_y,
-        })
+        .prop_map(
+            |(l, alpha, zeta, mu, nu, s, j0, middle, slope_x, slope_y)| SpatialParameters {
+                l,
+                alpha,
+                zeta,
+                mu,
+                nu,
+                s,
+                j0,
+                middle: middle * (1.0 - alpha),
+                slope_x,
+                slope_y,
+            },
+        )
 }
 
 fn states() -> impl Strategy<Value = SpatialState<f64>> {
@@ -84,7 +89,9 @@ proptest! {
         let model = Spatial::new(p);
         let points = |q: &[Jet; 6]| -> Vec<Point> {
             let [arm, right, left] = bodies(&p, q);
-            vec![(p.alpha, arm), (0.5 * (1.0 - p.alpha), right), (0.5 * (1.0 - p.alpha), left)]
+            let wheel = 0.5 * (1.0 - p.alpha - p.middle);
+            let middle = [q[0], q[1], Jet::constant(1.0)];
+            vec![(p.alpha, arm), (p.middle, middle), (wheel, right), (wheel, left)]
         };
         let spins = [
             (0.5 * p.mu, [0.0, 0.0, 0.0, 1.0, 0.0, 0.0]),
@@ -112,7 +119,7 @@ proptest! {
     fn rings_of_points_are_the_wheels(
         p in parameters(), x in states(), u in prop::array::uniform2(-3.0..3.0_f64),
     ) {
-        let p = SpatialParameters { mu: 0.7 * (1.0 - p.alpha), nu: 0.0, ..p };
+        let p = SpatialParameters { mu: 0.7 * (1.0 - p.alpha), nu: 0.0, middle: 0.0, ..p };
         let p = SpatialParameters { j0: 0.5 * p.mu, ..p };
         let model = Spatial::new(p);
         let radius = (p.mu / (1.0 - p.alpha)).sqrt();

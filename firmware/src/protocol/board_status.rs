@@ -52,7 +52,7 @@ impl LinkCounters {
     }
 }
 
-/// Execution cost of one tick in CPU cycles, by stage: the latest, and the worst total.
+/// Execution cost of one tick in CPU cycles, by stage: the latest, and the worst total. All are 0 on a board that counts none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct TickCycles {
     /// Raw to SI.
@@ -67,4 +67,11 @@ pub struct TickCycles {
     pub total: u32,
     /// The largest total since boot.
     pub worst: u32,
+}
+
+impl TickCycles {
+    /// Whether the board counts cycles: a simulated board does not.
+    pub fn are_counted(&self) -> bool {
+        self.worst > 0
+    }
 }

@@ -114,12 +114,12 @@ export function showTerms(terms, supply) {
 
 export function showQuality(status, host, rateHz, ageMs) {
   const { cycles, link, clock, vehicle } = status;
-  const cost = cycles.total > 0
+  const cost = cycles.worst > 0
     ? [
         ["Tick, cycles", `${cycles.total}, worst ${cycles.worst}`],
         ["Sense, estimate, decide, actuate", `${cycles.sense}, ${cycles.estimate}, ${cycles.decide}, ${cycles.actuate}`],
       ]
-    : [["Tick, cycles", "not counted by a simulated board"]];
+    : [["Tick, cycles", "- (not counted by a simulated board)"]];
   pairs(element("quality"), [
     ["Statuses per second", rateHz.toFixed(0)],
     ["Since the last one", `${ageMs.toFixed(0)} ms`],

@@ -15,6 +15,7 @@ use virtual_board::records::{BootRecords, RecordFile};
 pub mod conversation;
 pub mod log_line;
 mod mcap_reader;
+pub mod mcap_repair;
 mod mcap_writer;
 mod messages;
 pub mod replay;

@@ -43,7 +43,9 @@ pub struct AmongFrames<T> {
 pub fn contents(bytes: &[u8]) -> Option<McapContents> {
     let mut contents = McapContents::default();
     let mut channels = KnownChannels::default();
-    contents.read(bytes.strip_prefix(MAGIC)?, &mut channels, false);
+    if let ChunkCoding::Compressed(by) = each_record(bytes, |record| contents.take(record, &mut channels))? {
+        contents.compression = Some(by);
+    }
     Some(contents)
 }
 
@@ -55,50 +57,78 @@ struct KnownChannels {
 }
 
 impl McapContents {
-    /// Reads records one after the other.
-    fn read(&mut self, mut rest: &[u8], channels: &mut KnownChannels, in_chunk: bool) {
-        while let Some((head, after)) = rest.split_first_chunk::<HEAD>() {
-            let [kind, length @ ..] = *head;
-            let length = usize::try_from(u64::from_le_bytes(length)).unwrap_or(usize::MAX);
-            let (body, next) = after.split_at(length.min(after.len()));
-            rest = next;
-            match kind {
-                op::CHUNK if !in_chunk => self.read_chunk(body, channels),
-                // The last record of a truncated file.
-                _ if body.len() < length => {}
-                op::CHANNEL | op::MESSAGE | op::METADATA => match parse_record(kind, body) {
-                    Ok(Record::Channel(found)) if found.topic == FRAMES_TOPIC => channels.frames = Some(found.id),
-                    Ok(Record::Channel(found)) if found.topic == TypedChannel::Log.topic() => {
-                        channels.log = Some(found.id);
-                    }
-                    Ok(Record::Message { header, data }) if Some(header.channel_id) == channels.frames => {
-                        self.frames.extend_from_slice(&data);
-                    }
-                    Ok(Record::Message { header, data }) if Some(header.channel_id) == channels.log => {
-                        let message = serde_json::from_slice::<LogMessage>(&data);
-                        let line = message.ok().map(LogLine::from);
-                        self.log.extend(line.map(|line| told(&self.frames, line)));
-                    }
-                    Ok(Record::Metadata(mut found)) if found.name == VEHICLE_METADATA => {
-                        let text = found.metadata.remove(VEHICLE_KEY);
-                        self.vehicles.extend(text.map(|text| told(&self.frames, text)));
-                    }
-                    // Not needed here, or damaged.
-                    _ => {}
-                },
-                _ => {}
+    /// Takes the next record of the file.
+    fn take(&mut self, record: Record<'_>, channels: &mut KnownChannels) {
+        match record {
+            Record::Channel(found) if found.topic == FRAMES_TOPIC => channels.frames = Some(found.id),
+            Record::Channel(found) if found.topic == TypedChannel::Log.topic() => channels.log = Some(found.id),
+            Record::Message { header, data } if Some(header.channel_id) == channels.frames => {
+                self.frames.extend_from_slice(&data);
             }
+            Record::Message { header, data } if Some(header.channel_id) == channels.log => {
+                let message = serde_json::from_slice::<LogMessage>(&data);
+                let line = message.ok().map(LogLine::from);
+                self.log.extend(line.map(|line| told(&self.frames, line)));
+            }
+            Record::Metadata(mut found) if found.name == VEHICLE_METADATA => {
+                let text = found.metadata.remove(VEHICLE_KEY);
+                self.vehicles.extend(text.map(|text| told(&self.frames, text)));
+            }
+            // Not needed here.
+            _ => {}
         }
     }
+}
 
-    fn read_chunk(&mut self, body: &[u8], channels: &mut KnownChannels) {
-        if let Ok(Record::Chunk { header, .. }) = parse_record(op::CHUNK, body)
-            && !header.compression.is_empty()
-        {
-            self.compression = Some(header.compression);
-        } else if let Some(records) = body.get(CHUNK_HEAD..) {
-            self.read(records, channels, true);
+/// Coding of a file's chunks.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ChunkCoding {
+    /// The records themselves.
+    Plain,
+    /// By this compression: such chunks are not read.
+    Compressed(String),
+}
+
+/// Passes every whole schema, channel, message and metadata of a file to `visit`, in order, up to the file's end or to where
+/// it breaks off; `None` if the file is not MCAP.
+pub fn each_record(bytes: &[u8], mut visit: impl FnMut(Record<'_>)) -> Option<ChunkCoding> {
+    let mut coding = ChunkCoding::Plain;
+    let records = bytes.strip_prefix(MAGIC)?;
+    each_of(records, &mut |kind, body, is_whole| match kind {
+        op::CHUNK => {
+            if let Ok(Record::Chunk { header, .. }) = parse_record(op::CHUNK, body)
+                && !header.compression.is_empty()
+            {
+                coding = ChunkCoding::Compressed(header.compression);
+            } else if let Some(records) = body.get(CHUNK_HEAD..) {
+                each_of(records, &mut |kind, body, is_whole| {
+                    parsed(kind, body, is_whole, &mut visit);
+                });
+            }
         }
+        _ => parsed(kind, body, is_whole, &mut visit),
+    });
+    Some(coding)
+}
+
+/// Passes kind and body of each record to `visit`, and whether it is whole: the last record of a truncated file is not.
+fn each_of(mut rest: &[u8], visit: &mut dyn FnMut(u8, &[u8], bool)) {
+    while let Some((head, after)) = rest.split_first_chunk::<HEAD>() {
+        let [kind, length @ ..] = *head;
+        let length = usize::try_from(u64::from_le_bytes(length)).unwrap_or(usize::MAX);
+        let (body, next) = after.split_at(length.min(after.len()));
+        rest = next;
+        visit(kind, body, body.len() == length);
+    }
+}
+
+/// Passes a whole record to `visit`, unless it is damaged.
+fn parsed(kind: u8, body: &[u8], is_whole: bool, visit: &mut impl FnMut(Record<'_>)) {
+    if is_whole
+        && matches!(kind, op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA)
+        && let Ok(record) = parse_record(kind, body)
+    {
+        visit(record);
     }
 }
 

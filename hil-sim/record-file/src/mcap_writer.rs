@@ -178,11 +178,15 @@ impl<W: Write> BegunFile<W> {
 
     fn message(&mut self, header: &MessageHeader, time_us: u64, bytes: &[u8]) -> Result<(), McapError> {
         self.latest_us = self.latest_us.max(time_us);
-        if time_us.abs_diff(self.flushed_us) >= FLUSH_US {
-            self.writer.flush()?;
+        let flushed = if time_us.abs_diff(self.flushed_us) >= FLUSH_US {
             self.flushed_us = time_us;
-        }
-        self.writer.write_to_known_channel(header, bytes)
+            self.writer.flush()
+        } else {
+            Ok(())
+        };
+        // An output that is full and still has room for the file's end takes this message with that end.
+        let written = self.writer.write_to_known_channel(header, bytes);
+        flushed.and(written)
     }
 }
 
@@ -209,7 +213,7 @@ fn failed_before() -> io::Error {
     io::Error::other("output: the file has failed before")
 }
 
-fn not_written(error: McapError) -> io::Error {
+pub fn not_written(error: McapError) -> io::Error {
     match error {
         McapError::Io(error) => error,
         error => io::Error::other(format!("output: {error}")),

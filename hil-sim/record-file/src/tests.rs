@@ -17,6 +17,9 @@ use super::*;
 mod identities;
 use identities::identity;
 
+#[path = "tests/ends.rs"]
+mod ends;
+
 fn vehicle() -> Vehicle<f32> {
     let vehicle = vehicle_file::reference().expect("good");
     Vehicle::new(vehicle.parameters().cast::<f32>()).expect("good")

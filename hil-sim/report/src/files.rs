@@ -3,7 +3,7 @@
 //! A [`NewFile`] is written under a temporary name in the same directory and takes its name when it is complete. A
 //! full disk or a crash therefore never leaves half a file under that name, and a link of that name is replaced, not
 //! followed. A [`GrowingFile`] has its name from the start: whatever a killed program, a full disk or a pulled cable
-//! left of it stays.
+//! left of it stays. It keeps room on its disk for its end.
 
 use std::fs::File;
 use std::io::{BufWriter, ErrorKind, Write};
@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 use crate::error::CommandError;
+use crate::reserve::ReservedOutput;
 
 /// A file that is being written.
 #[derive(Debug)]
@@ -100,14 +101,31 @@ fn named(kind: ErrorKind, told: CommandError) -> std::io::Error {
     std::io::Error::new(kind, told)
 }
 
+/// Room that a growing file keeps on its disk, bytes: for the last half second of a record at 200 bytes a tick, with the two
+/// seconds that a board still has at its beginning, and for the index of more than an hour of such half seconds at some 150 bytes.
+const RESERVE_BYTES: usize = 2 << 20;
+
 /// A file that grows under its own name and keeps everything that was written, whatever ends the program.
+///
+/// It keeps room on its disk. Once the disk is full, the next flush tells so, and the room serves what completes the file.
 #[derive(Debug)]
 pub struct GrowingFile {
-    part: BufWriter<File>,
+    part: ReservedOutput<BufWriter<File>, File>,
     path: PathBuf,
     /// The flag that names the file, for messages.
     flag: &'static str,
+    /// What to do with a file that could not be completed, for messages.
+    if_cut: &'static str,
     complete: bool,
+}
+
+/// A file without a name beside `path` that occupies the reserve, and vanishes with the program; `None` without so much room.
+/// A file system that compresses keeps no room by it: a full disk then cuts the file off.
+fn reserve_beside(path: &Path) -> Option<File> {
+    let directory = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+    let mut reserve = tempfile::tempfile_in(directory.unwrap_or(Path::new("."))).ok()?;
+    reserve.write_all(&vec![0; RESERVE_BYTES]).ok()?;
+    Some(reserve)
 }
 
 impl GrowingFile {
@@ -118,11 +136,19 @@ impl GrowingFile {
     pub fn create(flag: &'static str, path: &Path) -> Result<Self, CommandError> {
         let file = File::create_new(path).map_err(|error| not_written(flag, path, &error))?;
         Ok(Self {
-            part: BufWriter::new(file),
+            part: ReservedOutput::new(BufWriter::new(file), reserve_beside(path)),
             path: path.to_owned(),
             flag,
+            if_cut: "",
             complete: false,
         })
+    }
+
+    /// The file whose messages say so if it could not be completed.
+    #[must_use]
+    pub fn if_cut(mut self, if_cut: &'static str) -> Self {
+        self.if_cut = if_cut;
+        self
     }
 
     /// Writes the file's content through to the disk; returns the file's name.
@@ -144,15 +170,25 @@ impl GrowingFile {
     }
 
     fn sync(&mut self) -> Result<(), CommandError> {
-        let synced = self.part.flush().and_then(|()| self.part.get_ref().sync_all());
-        synced.map_err(|error| self.full(&error))
+        let synced = { self.part.flush() }.and_then(|()| self.part.get_ref().get_ref().sync_all());
+        synced.map_err(|error| self.cut(&error))
     }
 
+    /// The message about a disk that is full; there is still room to complete the file.
     fn full(&self, error: &std::io::Error) -> CommandError {
         let (flag, path) = (self.flag, self.path.display());
         CommandError::Other(format!(
             "{flag}: {path}: {error}; what it has taken until then stays in it"
         ))
+    }
+
+    /// The message about a file that cannot be completed.
+    fn cut(&self, error: &std::io::Error) -> CommandError {
+        let full = self.full(error);
+        match self.if_cut {
+            "" => full,
+            what => CommandError::Other(format!("{full}; {what}")),
+        }
     }
 }
 
@@ -160,12 +196,16 @@ impl GrowingFile {
 impl Write for GrowingFile {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         let written = self.part.write(bytes);
-        written.map_err(|error| named(error.kind(), self.full(&error)))
+        written.map_err(|error| named(error.kind(), self.cut(&error)))
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
         let flushed = self.part.flush();
-        flushed.map_err(|error| named(error.kind(), self.full(&error)))
+        flushed.map_err(|error| named(error.kind(), self.cut(&error)))?;
+        match self.part.take_full() {
+            Some(error) => Err(named(error.kind(), self.full(&error))),
+            None => Ok(()),
+        }
     }
 }
 
@@ -176,7 +216,13 @@ impl Drop for GrowingFile {
             return;
         }
         let _ = self.part.flush();
-        if self.part.get_ref().metadata().is_ok_and(|file| file.len() == 0) {
+        if self
+            .part
+            .get_ref()
+            .get_ref()
+            .metadata()
+            .is_ok_and(|file| file.len() == 0)
+        {
             let _ = std::fs::remove_file(&self.path);
         }
     }

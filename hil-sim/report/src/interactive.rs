@@ -111,6 +111,7 @@ struct ChartData<'a> {
     log_y: bool,
     y_range: Option<(f64, f64)>,
     over_time: bool,
+    marks: bool,
     x: Vec<Rounded>,
     series: Vec<SeriesData<'a>>,
 }
@@ -223,6 +224,7 @@ impl InteractivePage<'_> {
             log_y: chart.log_y,
             y_range: chart.y_range,
             over_time,
+            marks: chart.marks,
             x: rounded(x),
             series: chart
                 .series

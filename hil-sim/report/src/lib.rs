@@ -10,4 +10,5 @@ pub mod interactive;
 pub mod meaning;
 pub mod output;
 pub mod plot;
+pub mod reserve;
 pub mod visible;

@@ -110,6 +110,11 @@ pub fn command_line() -> String {
 }
 
 impl OutputArguments {
+    /// Whether the flags ask for charts.
+    pub fn draws(&self) -> bool {
+        self.out.is_some() || self.html.is_some()
+    }
+
     /// Prints the report and writes its files.
     ///
     /// # Errors

@@ -15,6 +15,9 @@ const PLOT_SIZE: (f64, f64) = (530.0, 334.0);
 /// Points drawn per series at most: the extremes of each bucket are kept.
 const DRAWN_POINTS: usize = 1600;
 
+/// Half the width of a mark, px.
+const MARK_SIZE: i32 = 6;
+
 /// One curve.
 #[derive(Debug, Clone, Default)]
 pub struct Series {
@@ -57,6 +60,8 @@ pub struct Chart {
     pub y_range: Option<(f64, f64)>,
     /// Whether both axes have the same scale, as on a map.
     pub equal_axes: bool,
+    /// Whether the points are marks, which no line joins.
+    pub marks: bool,
     /// The curves, drawn in order.
     pub series: Vec<Series>,
 }
@@ -97,6 +102,13 @@ impl Chart {
     #[must_use]
     pub fn equal_axes(mut self) -> Self {
         self.equal_axes = true;
+        self
+    }
+
+    /// The chart with marks in place of curves.
+    #[must_use]
+    pub fn marks(mut self) -> Self {
+        self.marks = true;
         self
     }
 
@@ -181,6 +193,11 @@ impl Chart {
             .map_err(|e| fail(&e))?;
         for (i, series) in self.series.iter().enumerate() {
             let style = rgb(meaning::colour(&series.name, i)).stroke_width(2);
+            if self.marks {
+                let marks = { series.points.iter() }.map(|point| Cross::new(*point, MARK_SIZE, style));
+                chart.draw_series(marks).map_err(|e| fail(&e))?;
+                continue;
+            }
             for run in runs(&series.points, self.log_y) {
                 chart
                     .draw_series(LineSeries::new(thinned(run), style))
@@ -310,6 +327,18 @@ mod tests {
             .unwrap();
         assert!(svg.contains("1000") && !svg.contains("NaN"));
         assert!(Chart::new("empty", "x", "y").to_svg().unwrap().contains("empty"));
+    }
+
+    #[test]
+    fn marks_are_crosses_and_no_line_joins_them() {
+        let chart = Chart::new("t", "x", "y").with(Series::new("poles", &[1.0, 2.0, 3.0], &[5.0, 6.0, 9.0]));
+        let lines = |chart: &Chart| chart.to_svg().expect("draws").matches("<line").count();
+        let curves = |chart: &Chart| chart.to_svg().expect("draws").matches("<polyline").count();
+        let marked = chart.clone().marks();
+        assert_eq!(
+            (lines(&marked) - lines(&chart), curves(&chart) - curves(&marked)),
+            (6, 1)
+        );
     }
 
     #[test]

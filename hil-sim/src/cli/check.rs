@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
+use model::vehicle::SpeedLawChoice;
 use report::colour::{bad, doubtful};
 use report::error::CommandError;
 use report::output::{print_coloured, print_json};
@@ -50,7 +51,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
             ok: errors.is_empty(),
         })?;
     } else {
-        print_coloured(&table(&checked))?;
+        print_coloured(&table(&checked, vehicle.speed_law()))?;
     }
     if errors.is_empty() {
         Ok(())
@@ -90,7 +91,14 @@ fn poles(poles: &[[f64; 2]]) -> String {
     format!("{} 1/s{stable}", each.join(", "))
 }
 
-fn table(checked: &DesignCheck) -> String {
+fn table(checked: &DesignCheck, law: SpeedLawChoice) -> String {
+    let [of_landing, of_eq_3_25] = [SpeedLawChoice::Landing, SpeedLawChoice::SwingDamped].map(|of| {
+        if of == law {
+            ""
+        } else {
+            " that this file's `law` leaves unused"
+        }
+    });
     let mut text = String::new();
     for number in &checked.numbers {
         let value = if number.value.is_finite() {
@@ -108,9 +116,9 @@ fn table(checked: &DesignCheck) -> String {
         .collect();
     _ = write!(
         text,
-        "\npoles of the landing law, driving on the level: {}\n\
+        "\npoles of the landing law{of_landing}, driving on the level: {}\n\
          \x20   designed for, but for filter, tick and delay: {}\n\
-         poles of Eq. 3.25 with the file's kp and kd, on the level: {}\n",
+         poles of Eq. 3.25 with kp and kd{of_eq_3_25}, on the level: {}\n",
         landing.map_or_else(|| bad("none that are numbers"), poles),
         poles(&designed),
         poles(&checked.poles_eq_3_25_per_s)

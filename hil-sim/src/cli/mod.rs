@@ -103,7 +103,7 @@ pub fn main() -> ExitCode {
         Some(HostCommand::Check(a)) => check::run(&a),
         Some(HostCommand::Console(a)) => console::run(&a),
         Some(HostCommand::Compare(a)) => compare::run(&a),
-        Some(HostCommand::Completions(a)) => shell::complete(&a, &mut Arguments::command()),
+        Some(HostCommand::Completions(a)) => shell::complete(&a, Arguments::command()),
         Some(HostCommand::Man(a)) => shell::man(&a, Arguments::command()),
         Some(HostCommand::Critical(a)) => critical::run(&a),
         Some(HostCommand::Envelope(a)) => envelope::run(&a),

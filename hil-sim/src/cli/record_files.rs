@@ -2,11 +2,22 @@
 
 use std::path::Path;
 
+use record_file::writer::RecordFormat;
 use record_file::{ReadRecords, parse};
 use report::error::CommandError;
 
 /// Largest file that is read, bytes. An hour's drive has about 100 MB, as MCAP 600 MB.
 const FILE_MAX_BYTES: u64 = 1 << 30;
+
+/// What a user can do with the record at `path` if it was cut off before its end.
+pub fn if_cut(path: &Path) -> &'static str {
+    match RecordFormat::of(path) {
+        RecordFormat::Mcap => {
+            "`hil-sim replay FILE --repair NEW.mcap`, where there is room, writes it anew with the index that it lacks"
+        }
+        RecordFormat::Frames => "",
+    }
+}
 
 /// Reads a file, also a truncated file.
 ///
@@ -14,6 +25,14 @@ const FILE_MAX_BYTES: u64 = 1 << 30;
 /// [`CommandError::Input`]: the file cannot be read, is too large, contains nothing readable, or uses another
 /// protocol version.
 pub fn read(path: &Path) -> Result<ReadRecords, CommandError> {
+    parse(&bytes(path)?).map_err(|error| CommandError::Input(format!("{}: {error}", path.display())))
+}
+
+/// The bytes of a file of records.
+///
+/// # Errors
+/// [`CommandError::Input`]: the file cannot be read, or is too large.
+pub fn bytes(path: &Path) -> Result<Vec<u8>, CommandError> {
     let wrong = |why: &dyn std::fmt::Display| CommandError::Input(format!("{}: {why}", path.display()));
     let length = std::fs::metadata(path).map_err(|error| wrong(&error))?.len();
     if length > FILE_MAX_BYTES {
@@ -21,6 +40,5 @@ pub fn read(path: &Path) -> Result<ReadRecords, CommandError> {
             "{length} bytes, more than the {FILE_MAX_BYTES} of any drive"
         )));
     }
-    let bytes = std::fs::read(path).map_err(|error| wrong(&error))?;
-    parse(&bytes).map_err(|error| wrong(&error))
+    std::fs::read(path).map_err(|error| wrong(&error))
 }

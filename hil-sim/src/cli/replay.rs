@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use firmware::flight_record::FlightRecord;
 use model::vehicle::Vehicle;
+use record_file::mcap_repair::repair;
 use record_file::replay::{BootToReplay, Replay, ReplayDifference};
 use record_file::run::write_run;
 use record_file::writer::{RecordFormat, RecordWriter};
@@ -48,6 +49,10 @@ pub struct Arguments {
     /// replayed, as those of `link look-back`; must not exist
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+    /// Write a .mcap record that breaks off, as a killed tool or a full disk leaves it, anew with its index, whatever can be
+    /// replayed of it: NAME.mcap; must not exist
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["vehicle", "until", "as_test", "mcap", "csv", "json"])]
+    repair: Option<PathBuf>,
     /// Print exactly one JSON object on stdout
     #[arg(long)]
     json: bool,
@@ -60,7 +65,8 @@ Examples:
   hil-sim replay run.mcap --vehicle my-vehicle.toml
   hil-sim replay run.mcap --until 3 --as-test runs-away
   hil-sim replay console.records --mcap console.mcap
-  hil-sim replay fault.rec --csv fault.csv";
+  hil-sim replay fault.rec --csv fault.csv
+  hil-sim replay cut.mcap --repair whole.mcap";
 
 /// Folder of the records that tests replay.
 const TESTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/records");
@@ -130,6 +136,9 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     }
     if let Some(path) = &arguments.csv {
         refuse_existing("--csv", path)?;
+    }
+    if let Some(path) = &arguments.repair {
+        return write_repaired(&arguments.file, path);
     }
     let mut read = record_files::read(&arguments.file)?;
     if let Some(until_s) = arguments.until {
@@ -241,6 +250,22 @@ fn of_boot(boot: usize, boots: usize) -> String {
 fn write_mcap(path: &Path, vehicles: &[Vehicle<f32>], read: &ReadRecords) -> Result<(), CommandError> {
     let out = RecordWriter::new(RecordFormat::Mcap, NewFile::create("--mcap", path)?);
     write_run(out, vehicles, &read.boots)?.finish().map(|_| ())
+}
+
+/// Writes the MCAP file `file`, which may break off, anew with its index.
+fn write_repaired(file: &Path, path: &Path) -> Result<(), CommandError> {
+    refuse_existing("--repair", path)?;
+    let Some((out, messages)) = repair(&record_files::bytes(file)?, NewFile::create("--repair", path)?)? else {
+        return Err(CommandError::Input(format!(
+            "--repair: {}: not an MCAP file of this tool; a file of the link's frames alone needs no index",
+            file.display()
+        )));
+    };
+    out.finish()?;
+    print(&format!(
+        "{messages} messages in {}, with an index\n",
+        visible_line(&path.display().to_string())
+    ))
 }
 
 /// Makes a test from records that replay.

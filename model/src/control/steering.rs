@@ -79,9 +79,10 @@ impl SteeringController {
         let torque_per_volt = motor.torque_constant_n_m_per_a * motor.gear_ratio / motor.resistance_ohm;
         let volt_per_rate =
             motor.back_emf_constant_v_s_per_rad * motor.gear_ratio + 0.5 * body.bearing_damping_n_m_s / torque_per_volt;
-        // In a faster spin the hanging arm swings in and out with growing amplitude.
+        // In a faster spin the hanging arm swings in and out with growing amplitude: the sooner, the more the axle carries.
         let stable_rad_s = vehicle
             .spatial(0.0, 0.0)
+            .carrying(1.0 + vehicle.spar_mass_ratio())
             .spin_stability_limit()
             .map_or(f32::MAX, |limit| SPIN_SHARE * limit / vehicle.scales().time_s);
         Self {
@@ -170,7 +171,9 @@ mod tests {
         let mut parameters = *reference().parameters();
         parameters.control.yaw_rate_max_rad_s = 20.0;
         let vehicle = Vehicle::new(parameters).expect("valid");
-        let limit = vehicle.spatial(0.0, 0.0).spin_stability_limit().expect("a limit");
+        assert!(vehicle.spar_mass_ratio() > 0.1);
+        let carrying = vehicle.spatial(0.0, 0.0).carrying(1.0 + vehicle.spar_mass_ratio());
+        let limit = carrying.spin_stability_limit().expect("a limit");
         let limit_rad_s = limit / vehicle.scales().time_s;
         assert!(limit_rad_s < 20.0, "{limit_rad_s}");
         for way in [1.0, -1.0] {

@@ -10,12 +10,15 @@
 //! (1+mu) v'       + aL cos(phi) phi'' = aL sin(phi)(phi'^2 + psi'^2) - g_f + tau_r + tau_l
 //! aL cos(phi) v'  + aL^2 phi''        = aL^2 sin(phi) cos(phi) psi'^2 - aL(cos(phi) g_f + sin(phi) n_3)
 //!                                       + tau_r + tau_l
-//! [(1-a)s^2 + j0 + aL^2 sin^2(phi) + mu s^2] psi''
+//! [(1-a-b)s^2 + j0 + aL^2 sin^2(phi) + mu s^2] psi''
 //!                 = -aL sin(phi)(v psi' + 2L cos(phi) phi' psi' + g_l) + s(tau_r - tau_l)
 //! ```
 //!
 //! with `tau_i = u_i - zeta/2 (theta_i' + phi')`, g_f and g_l gravity along and across the heading.
 //! Lengths are over the wheel radius R, masses over mt = 2M + m, time over 1/w.
+//!
+//! b is the share of a mass over the middle of the axle (0 in the thesis), which mt then includes: a camera spar that stays
+//! upright on the plane. It moves with the axle and has no lever about the axis of yaw.
 
 use crate::dynamics::planar::PlanarParameters;
 use crate::real::Real;
@@ -38,6 +41,8 @@ pub struct SpatialParameters<T> {
     /// Yaw inertia beyond the wheels' masses at the ends of the axle, over `mt R^2`, >= 0: the wheels'
     /// own (diametral) inertia and the arm's, which (6.3) leaves out (erratum E24).
     pub j0: T,
+    /// Share of the total mass that stays over the middle of the axle, between its wheels, in [0, 1 - alpha) (0 in the thesis).
+    pub middle: T,
     /// Slope along the plane's first axis in rad, positive uphill: beta_x of (6.5).
     pub slope_x: T,
     /// Slope about the plane's first axis in rad, positive downhill along the second: beta_y of (6.5).
@@ -92,8 +97,24 @@ impl<T: Real> SpatialParameters<T> {
             nu,
             s,
             j0,
+            middle: T::ZERO,
             slope_x: beta,
             slope_y: T::ZERO,
+        }
+    }
+
+    /// The vehicle with so much over the middle of its axle that it has `mass` times its own mass: the same equations, divided
+    /// by the whole mass. Torques and voltages are then in units that are `mass` times as large.
+    #[must_use]
+    pub fn carrying(&self, mass: T) -> Self {
+        Self {
+            alpha: self.alpha / mass,
+            zeta: self.zeta / mass,
+            mu: self.mu / mass,
+            nu: self.nu / mass,
+            j0: self.j0 / mass,
+            middle: (self.middle + mass - T::ONE) / mass,
+            ..*self
         }
     }
 
@@ -108,6 +129,7 @@ impl<T: Real> SpatialParameters<T> {
             nu: c(self.nu),
             s: c(self.s),
             j0: c(self.j0),
+            middle: c(self.middle),
             slope_x: c(self.slope_x),
             slope_y: c(self.slope_y),
         }
@@ -180,7 +202,7 @@ impl<T: Real> Spatial<T> {
             up: p.up(),
             m11: T::ONE + p.mu + p.nu,
             m22: al * p.l + p.nu,
-            yaw: (T::ONE - p.alpha + p.mu + p.nu) * p.s * p.s + p.j0,
+            yaw: (T::ONE - p.alpha - p.middle + p.mu + p.nu) * p.s * p.s + p.j0,
             half_zeta: half * p.zeta,
             half,
             inverse_track: half / p.s,

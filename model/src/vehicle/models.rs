@@ -44,7 +44,8 @@ impl<T: Real> Vehicle<T> {
     }
 
     /// The nondimensional vehicle in space on a plane inclined by `slope_x_rad` and `slope_y_rad`
-    /// (6.5): the planar numbers with half track and yaw inertia.
+    /// (6.5): the planar numbers with half track and yaw inertia, without the spar, which
+    /// [`SpatialParameters::carrying`] adds.
     pub fn spatial(&self, slope_x_rad: T, slope_y_rad: T) -> SpatialParameters<T> {
         let body = &self.parameters().body;
         let s = body.half_track_m / body.wheel_radius_m;

@@ -3,13 +3,13 @@
 
 use model::dynamics::coupled::{Bearing, Coupled, CoupledParameters};
 use model::dynamics::planar::{self, Planar, PlanarParameters};
-use model::dynamics::spatial::{self, Spatial, SpatialParameters};
 use model::integrate::rk4_step;
 
 use super::*;
 use crate::terrain::{Friction, Plane, Terrain};
 use crate::tests::{bare_vehicle, reference_vehicle};
 
+mod in_space;
 mod rolling;
 
 const NO_TORQUE: [JointTorque; MOTORS] = [JointTorque::NONE; MOTORS];
@@ -80,63 +80,6 @@ fn straight_on_a_slope_it_is_the_planar_vehicle() {
     let fine = planar_difference(5e-5, 7.0, 3.0);
     // The remaining difference is the contact's creep (a share of 1e-5 m/s), which no step size removes.
     assert!(fine.iter().all(|&e| e < 5e-6), "{fine:?}");
-}
-
-#[test]
-fn turning_on_a_two_way_slope_it_is_the_spatial_vehicle() {
-    let vehicle = bare_vehicle();
-    let p = &vehicle.parameters().body;
-    let (slope_x, slope_y) = (0.06, 0.04);
-    let ground = ground(slope_x, slope_y, 5.0, p.wheel_radius_m);
-    let mut body = Body::new(&vehicle, &ground);
-    let planar: PlanarParameters<f64> = vehicle.planar(0.0);
-    let mass_length2 = p.total_mass_kg * p.wheel_radius_m * p.wheel_radius_m;
-    let reference = Spatial::new(SpatialParameters {
-        slope_x,
-        slope_y,
-        ..SpatialParameters::from_planar(
-            &planar,
-            p.half_track_m / p.wheel_radius_m,
-            p.yaw_inertia_kg_m2 / mass_length2,
-        )
-    });
-    let scales = vehicle.scales();
-    let (right, left) = (9.0, 6.0);
-    let u = [0.5 * scales.voltage_from_si(right), 0.5 * scales.voltage_from_si(left)];
-    let joints = [motor(&vehicle, left), motor(&vehicle, right), NO_TORQUE[2]];
-    let mut x = [0.0; 9];
-    x[spatial::PHI] = body.position()[PHI];
-    let h = 1e-4;
-    for _ in 0..30_000 {
-        body.step(h, &ground, &joints);
-        x = rk4_step(&x, h / scales.time_s, |x| reference.rate(x, u));
-    }
-    let (q, v) = (body.position(), body.speed());
-    let r = p.wheel_radius_m;
-    let found = [
-        q[FORWARD] / r,
-        q[SIDE] / r,
-        q[YAW],
-        q[RIGHT],
-        q[LEFT],
-        q[PHI],
-        scales.rate_from_si(v[RIGHT]),
-        scales.rate_from_si(v[LEFT]),
-        scales.rate_from_si(v[PHI]),
-    ];
-    for (i, (found, expected)) in found.iter().zip(&x).enumerate() {
-        // Creep of the regularised contact and steps of 1e-4 s over 3 s.
-        assert!((found - expected).abs() < 3e-4, "state {i}: {found} against {expected}");
-    }
-    assert!(
-        x[spatial::PSI] > 0.5 && x[spatial::Y] > 3.0,
-        "the vehicle hardly turns or drives: {x:?}"
-    );
-    let [left, right] = *body.wheels();
-    assert!(!right.sliding && !left.sliding);
-    // Total normal force of a body that hardly accelerates, within a few percent.
-    let weight = p.total_mass_kg * body.gravity().normal;
-    assert!((right.normal_n + left.normal_n - weight).abs() < 0.05 * weight);
 }
 
 #[test]

@@ -98,9 +98,10 @@
           ...chart.series.map((one, k) => ({
             label: one.name,
             value: (_, value) => number(value),
-            points: { show: false },
+            points: { show: Boolean(chart.marks), size: 9, width: 2 },
             spanGaps: !shared,
             ...lines[k],
+            ...(chart.marks ? { paths: () => null } : {}),
           })),
         ],
         // The legend shows a curve's line as well as its colour.

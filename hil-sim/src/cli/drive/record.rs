@@ -17,6 +17,7 @@ use virtual_board::records::boots;
 use virtual_board::scenario::StoryEvent;
 
 use super::vehicle_f32;
+use crate::cli::record_files::if_cut;
 
 /// Time between two reads of the firmware's log while a run is recorded, ms. The file receives the log during the run.
 const LOG_PERIOD_MS: u64 = 500;
@@ -38,7 +39,7 @@ impl RunRecord {
     /// # Errors
     /// [`CommandError`]: the file cannot be written.
     pub fn begin(path: &Path, vehicle: &Vehicle<f32>) -> Result<Self, CommandError> {
-        let file = GrowingFile::create("--record", path)?;
+        let file = GrowingFile::create("--record", path)?.if_cut(if_cut(path));
         let out = RecordWriter::new(RecordFormat::of(path), file);
         Ok(Self {
             writer: RunWriter::begin(out, vehicle, None, Narrator::Caller)?,
@@ -80,16 +81,17 @@ impl RunRecord {
         self.write(|writer| lines.iter().try_for_each(|line| writer.log(&LogLine::printed(line))));
     }
 
-    /// Takes the events in progress at the end of the run and the log's last lines, and completes the file; returns
-    /// its name.
+    /// Takes the events in progress at the end of the run and the log's last lines, and completes the file with what it has;
+    /// returns its name.
     ///
     /// # Errors
     /// [`CommandError`]: the file could not be written completely. Everything written before stays.
     pub fn ended(mut self, under_way: &[StoryEvent], log: &[String]) -> Result<PathBuf, CommandError> {
         self.events(under_way);
         self.log(log);
+        let finished = self.writer.finish();
         self.written?;
-        self.writer.finish()?.finish()
+        finished?.finish()
     }
 
     fn write(&mut self, write: impl FnOnce(&mut RunWriter<GrowingFile>) -> io::Result<()>) {

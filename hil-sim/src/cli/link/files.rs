@@ -6,6 +6,8 @@ use record_file::writer::{RecordFormat, RecordWriter};
 use report::error::CommandError;
 use report::files::GrowingFile;
 
+use crate::cli::record_files::if_cut;
+
 /// Records into a file that must not exist yet. A recording that ended early is completed with what it has.
 ///
 /// # Errors
@@ -15,7 +17,7 @@ pub fn into_new_record<R>(
     path: &Path,
     record: impl FnOnce(&mut RecordWriter<&mut GrowingFile>) -> Result<R, CommandError>,
 ) -> Result<R, CommandError> {
-    into_new_file(flag, path, |out| {
+    into(GrowingFile::create(flag, path)?.if_cut(if_cut(path)), |out| {
         let mut writer = RecordWriter::new(RecordFormat::of(path), out);
         let recorded = record(&mut writer);
         let finished = writer.finish();
@@ -36,7 +38,13 @@ pub fn into_new_file<R>(
     path: &Path,
     write: impl FnOnce(&mut GrowingFile) -> Result<R, CommandError>,
 ) -> Result<R, CommandError> {
-    let mut file = GrowingFile::create(flag, path)?;
+    into(GrowingFile::create(flag, path)?, write)
+}
+
+fn into<R>(
+    mut file: GrowingFile,
+    write: impl FnOnce(&mut GrowingFile) -> Result<R, CommandError>,
+) -> Result<R, CommandError> {
     match write(&mut file) {
         Ok(written) => file.finish().map(|_| written),
         Err(error) => file.give_up().and(Err(error)),

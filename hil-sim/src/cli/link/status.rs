@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::io::Write;
 
 use firmware::hardware::ClockSource;
-use firmware::protocol::message::{BoardStatus, Identity, LinkCounters};
+use firmware::protocol::message::{BoardStatus, Identity, LinkCounters, TickCycles};
 use model::status::{Status, Terms};
 use model::supervise::arming::Mode;
 use report::colour::{bad, doubtful};
@@ -145,10 +145,20 @@ fn more_lines(status: &BoardStatus) -> Vec<String> {
         format!("  currents: {}", motors(vehicle.current_a, "A")),
         format!("  voltages: {}", motors(vehicle.voltage_v, "V")),
         format!("  limits: {}", vehicle.limits),
+        format!("  ticks: {}, {} late", cycle_words(&status.cycles), vehicle.late_ticks),
     ]
     .into_iter()
     .chain(term_lines(&vehicle.terms))
     .collect()
+}
+
+/// The cost of a tick, where the board counts cycles.
+fn cycle_words(cycles: &TickCycles) -> String {
+    if cycles.are_counted() {
+        format!("{} cycles, worst {}", cycles.total, cycles.worst)
+    } else {
+        "- cycles (this board counts none)".to_owned()
+    }
 }
 
 /// The terms of the three laws, V.
@@ -199,6 +209,18 @@ fn term_lines(terms: &Terms) -> [String; 3] {
 mod tests {
     use super::*;
     use model::supervise::codes::{Blocker, BlockerSet};
+
+    #[test]
+    fn cycles_that_nobody_counted_are_no_number() {
+        let counted = TickCycles {
+            total: 41_000,
+            worst: 52_000,
+            ..TickCycles::default()
+        };
+        assert_eq!(cycle_words(&counted), "41000 cycles, worst 52000");
+        let told = cycle_words(&TickCycles::default());
+        assert!(told.starts_with("- ") && !told.contains('0'), "{told}");
+    }
 
     #[test]
     fn blockers_are_told_only_of_a_vehicle_that_could_be_armed() {

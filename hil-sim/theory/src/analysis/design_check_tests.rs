@@ -46,10 +46,10 @@ fn the_reference_vehicle_is_sound_and_its_numbers_are_those_of_the_data_sheets()
         ("static_limit_v", 2.922, 1e-3),
         ("traction_limit_v", 2.714, 1e-3),
         ("encoder_count_mm", TAU * 250.0 / (1024.0 * 43.0), 1e-12),
-        // 1.614 (erratum E26) over the time unit, without the rotors; half of 25.2 V over 43 x 0.030124 V s and the bearings'
-        // 0.1296 V s; 0.6 g at 2.5 m/s; the forces 0.6 x 17.68 kg x g and 2 x 17 A x 1.2986 N m/A / 0.25 m at a half track of
-        // 0.25 m, on 0.12 + 0.085 + 0.0561 + 0.04955 kg m^2.
-        ("yaw_rate_by_spin_rad_s", 10.1, 0.02),
+        // 1.614 (erratum E26) over the time unit, but for the rotors; half of 25.2 V over 43 x 0.030124 V s and the bearings'
+        // 0.1296 V s; 0.6 g at 2.5 m/s; 0.6 x 17.68 kg x g and 2 x 17 A x 1.2986 N m/A / 0.25 m at 0.25 m, on 0.12 + 0.085 +
+        // 0.0561 + 0.04955 kg m^2.
+        ("yaw_rate_by_spin_rad_s", 8.25, 0.02),
         ("yaw_rate_by_voltage_rad_s", 12.6 / (1.295_33 + 0.129_58), 1e-4),
         ("yaw_rate_by_grip_rad_s", 0.6 * 9.81 / 2.5, 1e-12),
         (

@@ -64,8 +64,9 @@ impl SteeringLimits {
             * (motor.back_emf_constant_v_s_per_rad * motor.gear_ratio
                 + 0.5 * body.bearing_damping_n_m_s * motor.resistance_ohm / constant);
         let inertia = TurningDrive::new(p).inertia_kg_m2;
-        let weight = (1.0 + vehicle.spar_mass_ratio()) * body.total_mass_kg * GRAVITY_M_S2;
-        let spin = vehicle.spatial(0.0, 0.0).spin_stability_limit();
+        let mass = 1.0 + vehicle.spar_mass_ratio();
+        let weight = mass * body.total_mass_kg * GRAVITY_M_S2;
+        let spin = vehicle.spatial(0.0, 0.0).carrying(mass).spin_stability_limit();
         Self {
             spin_rad_s: spin.map_or(f64::NAN, |limit| limit / vehicle.scales().time_s),
             voltage_rad_s: f64::from(STEERING_SHARE) * p.battery.nominal_v / volts_per_rad_s,

@@ -147,9 +147,9 @@ proptest! {
     #[test]
     fn the_spin_limit_is_where_the_poles_cross(
         l in 0.3..1.6_f64, alpha in 0.3..0.95_f64, zeta in 0.3..3.0_f64, mu in 0.0..0.2_f64, nu in 0.0..0.2_f64,
-        s in 0.4..2.0_f64,
+        s in 0.4..2.0_f64, mass in 1.0..1.5_f64,
     ) {
-        let p = SpatialParameters { l, alpha, zeta, mu, nu, s, ..reference() };
+        let p = SpatialParameters { l, alpha, zeta, mu, nu, s, ..reference() }.carrying(mass);
         match p.spin_stability_limit() {
             Some(limit) if limit < 20.0 => {
                 prop_assert!(spin_growth(&p, 0.99 * limit) < 0.0, "{limit}");

@@ -1,17 +1,19 @@
 //! `hil-sim critical`: the smallest final voltage or reference speed that turns the arm over.
 
 use clap::{Args, ValueEnum};
+use model::dynamics::planar::{PlanarParameters, PlanarState};
 use serde::Serialize;
 
-use crate::analysis::critical::{Direction, critical};
+use crate::analysis::critical::{CriticalValue, Direction, critical};
 use crate::analysis::input::Input;
+use crate::analysis::simulate::{PlanarRun, simulate};
 use crate::commands::planar_arguments::{LawArguments, PlanarArguments, StartArguments, WaveformArguments};
-use crate::commands::si::beside;
+use crate::commands::si::{Si, beside};
 use crate::commands::taken::{Taken, told};
 use crate::commands::values::{LARGEST_START, available, finite, require, within};
 use report::error::CommandError;
 use report::output::{OutputArguments, Report};
-use report::plot::Columns;
+use report::plot::{Chart, Columns, Series};
 
 /// What is searched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -73,10 +75,80 @@ struct CriticalJson {
     taken: Vec<Taken>,
 }
 
+/// Distance of the drawn responses from the limit, as a share of the limit's distance from the hold.
+const BESIDE: f64 = 1e-3;
+/// Time that is drawn after the input has arrived, and samples, at most: an arm that turns over is drawn to its first full turn.
+const DRAWN_TIME: f64 = 30.0;
+const RESPONSE_SAMPLES: f64 = 600.0;
+
+/// The responses just below and just above a limit, as two charts: the arm and the wheels.
+struct Responses {
+    arm: Chart,
+    wheels: Chart,
+}
+
+impl Responses {
+    /// The responses from `start` to inputs like `input`, beside the limit `found`. The quantity and its unit name them.
+    fn beside(
+        p: &PlanarParameters<f64>,
+        input: &Input,
+        start: PlanarState<f64>,
+        found: &CriticalValue,
+        (si, quantity): (Si, Quantity),
+    ) -> Result<Self, CommandError> {
+        let (time, rate) = match si.seconds(1.0) {
+            Some(_) => ("time, s", "wheel rate, rad/s"),
+            None => ("time (1/w)", "wheel rate (w)"),
+        };
+        let mut responses = Self {
+            arm: Chart::new("Arm: beside the limit", time, "phi, deg"),
+            wheels: Chart::new("Wheels: beside the limit", time, rate),
+        };
+        let away = found.value - input.hold;
+        let step = BESIDE * if away == 0.0 { 1.0 } else { away };
+        let t_end = input.arrival() + DRAWN_TIME;
+        for (word, target) in [("below", found.value - step), ("above", found.value + step)] {
+            let run = simulate(p, &input.towards(target), start, t_end, t_end / RESPONSE_SAMPLES)
+                .map_err(|error| CommandError::Other(error.to_string()))?;
+            let shown = until_turned_over(&run);
+            let t: Vec<f64> = { run.t[..shown].iter() }
+                .map(|t| si.seconds(*t).unwrap_or(*t))
+                .collect();
+            let phi: Vec<f64> = run.phi[..shown].iter().map(|phi| phi.to_degrees()).collect();
+            let rate: Vec<f64> = { run.theta_rate[..shown].iter() }
+                .map(|rate| si.rate_rad_s(*rate).unwrap_or(*rate))
+                .collect();
+            let name = format!("just {word}: {}", named(target, si, quantity));
+            responses.arm.series.push(Series::new(name.clone(), &t, &phi));
+            responses.wheels.series.push(Series::new(name, &t, &rate));
+        }
+        Ok(responses)
+    }
+}
+
+/// Samples up to where the arm has turned by a full turn.
+fn until_turned_over(run: &PlanarRun) -> usize {
+    let from = run.phi.first().copied().unwrap_or(0.0);
+    let over = run
+        .phi
+        .iter()
+        .position(|phi| (phi - from).abs() >= std::f64::consts::TAU);
+    over.map_or(run.phi.len(), |last| last + 1)
+}
+
+/// A final value in words, in SI if the vehicle gives the scales.
+fn named(value: f64, si: Si, quantity: Quantity) -> String {
+    let (symbol, in_si, unit) = match quantity {
+        Quantity::Voltage => ("U", si.volts(value), "V"),
+        Quantity::Reference => ("theta'", si.speed_m_s(value), "m/s"),
+    };
+    in_si.map_or_else(|| format!("{symbol} {value:.4}"), |si| format!("{si:.3} {unit}"))
+}
+
 /// Runs the command.
 ///
 /// # Errors
-/// [`CommandError::Input`] on bad parameters.
+/// [`CommandError::Input`] on bad parameters; [`CommandError::Other`] where a response to be drawn cannot be followed.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let vehicle = arguments.vehicle.resolve()?;
     let p = vehicle.in_equilibrium()?;
@@ -138,6 +210,11 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
                     .with("whirl_direction", vec![f64::from(c.whirl_direction)]),
             ),
     };
+    if let Some(found) = found.filter(|_| arguments.output.draws()) {
+        let start = [0.0, phi, arguments.start.theta_rate0, 0.0];
+        let Responses { arm, wheels } = Responses::beside(&p, &input, start, &found, (si, arguments.quantity))?;
+        report = report.chart("arm", arm).chart("wheels", wheels);
+    }
     if outcome.hold_fails {
         report = report.line(
             "note",

@@ -1,13 +1,17 @@
 //! `hil-sim lqr`: the optimal regulator of the camera spar.
 
 use clap::Args;
+use model::dynamics::camera::CameraParameters;
 use serde::Serialize;
 
+use crate::analysis::camera::Experiment;
 use crate::analysis::lqr::{Regulator, regulator};
+use crate::analysis::series::degrees;
 use crate::commands::camera_arguments::{CameraArguments, WeightArguments};
-use crate::commands::si::SparSiUnits;
+use crate::commands::si::{SparSi, SparSiUnits};
 use report::error::CommandError;
 use report::output::{OutputArguments, Report};
+use report::plot::{Chart, Series};
 
 /// Flags of `lqr`.
 #[derive(Debug, Args)]
@@ -38,6 +42,47 @@ struct LqrJson<'a> {
     gains_v: Option<[f64; 4]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     poles_per_s: Option<&'a [[f64; 2]]>,
+}
+
+/// Tilt of the spar at rest from which its return is drawn, deg.
+const DRAWN_TILT_DEG: f64 = 5.0;
+/// How far the slowest motion decays in the drawn time: e^-5, below a hundredth.
+const DRAWN_DECAYS: f64 = 5.0;
+/// Samples of the drawn return.
+const RETURN_SAMPLES: f64 = 600.0;
+
+/// The spar's return from a tilt under the regulator's gains, and its poles, as charts with their names.
+fn charts(camera: &CameraParameters<f64>, result: &Regulator, si: SparSi) -> [(&'static str, Chart); 3] {
+    let slowest = result.poles.iter().map(|pole| -pole[0]).fold(f64::INFINITY, f64::min);
+    let t_end = DRAWN_DECAYS / slowest;
+    let experiment = Experiment {
+        tilt0: DRAWN_TILT_DEG.to_radians(),
+        ..Experiment::new(*camera, Some(result.gains))
+    };
+    let run = experiment.run(t_end, t_end / RETURN_SAMPLES);
+    let (time, volts, per_time) = match si.units() {
+        Some(_) => ("time, s", "voltage of the ballast motor, V", "1/s"),
+        None => ("time (1/w_c)", "v", "w_c"),
+    };
+    let t: Vec<f64> = run.t.iter().map(|t| si.seconds(*t).unwrap_or(*t)).collect();
+    let v: Vec<f64> = run.v.iter().map(|v| si.volts(*v).unwrap_or(*v)).collect();
+    let title = format!("Released {DRAWN_TILT_DEG} deg off the vertical");
+    let angles = Chart::new(title, time, "angle, deg")
+        .with(Series::new("spar", &t, &degrees(&run.theta)))
+        .with(Series::new("ballast", &t, &degrees(&run.phi)));
+    let voltage = Chart::new("Voltage that the regulator asks for, not limited", time, volts)
+        .with(Series::new("voltage", &t, &v));
+    let mut poles = Chart::new(
+        "Poles of the closed loop",
+        format!("real part, {per_time}"),
+        format!("imaginary part, {per_time}"),
+    )
+    .marks();
+    let in_si = si.poles_per_s(&result.poles);
+    for (number, [re, im]) in (1..).zip(in_si.as_deref().unwrap_or(&result.poles)) {
+        poles = poles.with(Series::new(format!("pole {number}"), &[*re], &[*im]));
+    }
+    [("angles", angles), ("voltage", voltage), ("poles", poles)]
 }
 
 /// Runs the command.
@@ -83,5 +128,10 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         );
     }
     report = report.line("Riccati residual", format!("{:.1e}", result.riccati_residual));
+    if arguments.output.draws() {
+        for (name, chart) in charts(&camera, &result, si) {
+            report = report.chart(name, chart);
+        }
+    }
     arguments.output.emit(&report)
 }

@@ -98,6 +98,11 @@ impl SparSi {
         self.0.map(|scales| scales.voltage_to_si(voltage))
     }
 
+    /// A time, s.
+    pub fn seconds(self, time: f64) -> Option<f64> {
+        self.0.map(|scales| time * scales.time_s)
+    }
+
     /// Poles in 1/s.
     pub fn poles_per_s(self, poles: &[[f64; 2]]) -> Option<Vec<[f64; 2]>> {
         self.0.map(|scales| per_s(poles, scales.time_s))

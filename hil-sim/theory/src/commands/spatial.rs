@@ -29,6 +29,10 @@ pub struct Arguments {
     /// Yaw inertia beyond the wheels' masses on the axle, >= 0 [default: the vehicle's, or 0]
     #[arg(long, value_parser = finite, allow_hyphen_values = true)]
     j0: Option<f64>,
+    /// Mass that stays over the middle of the axle, over the mass of wheels and arm, >= 0 [default: the vehicle's camera spar, or
+    /// 0]. Every other number of the vehicle is over the mass of wheels and arm; voltages are over the whole mass
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    carried: Option<f64>,
     /// Slope along the first axis in rad, positive uphill [default: that of a `[planar]` file, or 0]
     #[arg(long, value_parser = finite, allow_hyphen_values = true)]
     slope_x: Option<f64>,
@@ -56,7 +60,7 @@ Examples:
   hil-sim spatial --slope-x 0.1 --t-end 20 --out out/spatial";
 
 impl Arguments {
-    /// The vehicle these flags describe, every range checked, and its scales.
+    /// The vehicle these flags describe, every range checked, and its scales. All its numbers are divided by the whole mass.
     ///
     /// # Errors
     /// [`CommandError::Input`] naming the flag, the value and the allowed range.
@@ -81,10 +85,12 @@ impl Arguments {
             nu,
             s: positive("--s", self.s.unwrap_or(default.s))?,
             j0: not_negative("--j0", self.j0.unwrap_or(default.j0))?,
+            middle: default.middle,
             slope_x: slope("--slope-x", self.slope_x.unwrap_or(default.slope_x))?,
             slope_y: slope("--slope-y", self.slope_y.unwrap_or(default.slope_y))?,
         };
-        Ok((parameters, Si::of(&source)))
+        let mass = 1.0 + not_negative("--carried", self.carried.unwrap_or(source.whole_mass() - 1.0))?;
+        Ok((parameters.carrying(mass), Si::of(&source).carrying(mass)))
     }
 }
 

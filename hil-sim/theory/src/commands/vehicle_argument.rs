@@ -22,7 +22,7 @@ pub const SPAR_LENGTH: f64 = 1.0;
 #[derive(Debug, Clone, Default, Args)]
 pub struct VehicleArgument {
     /// Vehicle file: a whole vehicle in SI units, or one table `[planar]` of nondimensional numbers. Gives the parameters of the
-    /// model; each flag overrides one of them. The planar vehicle carries the mass of the file's camera spar on its axle
+    /// model; each flag overrides one of them. The vehicle carries the mass of the file's camera spar on its axle
     #[arg(long, value_name = "FILE.toml")]
     pub vehicle: Option<PathBuf>,
 }
@@ -120,7 +120,7 @@ impl Source {
         })
     }
 
-    /// The vehicle in space, on the level, or with the slope of a `[planar]` file along the first axis.
+    /// The vehicle in space without its spar, on the level, or with the slope of a `[planar]` file along the first axis.
     pub fn spatial(&self) -> SpatialParameters<f64> {
         let level = PlanarParameters {
             beta: 0.0,

@@ -29,6 +29,7 @@ fn vehicle(slope_y: f64) -> SpatialParameters<f64> {
         nu: 0.0,
         s: 1.0,
         j0: 0.0,
+        middle: 0.0,
         slope_x: 0.0,
         slope_y,
     }
