@@ -191,7 +191,8 @@ fn a_search_tells_its_whirls_and_is_the_same_from_any_threads_and_shards() {
     }
     arguments.extend(["--out".to_owned(), file("merged.jsonl")]);
     let merged = hil_sim(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
-    assert!(merged.status.success(), "{}", stderr(&merged));
+    // As the search in one run ends, because arms have turned over.
+    assert_eq!(merged.status.code(), Some(1), "{}", stderr(&merged));
     let told = String::from_utf8_lossy(&merged.stdout).into_owned();
     assert!(
         told.contains(&format!("worst seed {worst}")) && told.contains(&format!("{whirls} turn over")),

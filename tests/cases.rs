@@ -171,17 +171,34 @@ fn files_that_never_end_are_refused() {
     let long = own("long.toml", "");
     let file = std::fs::File::options().write(true).open(&long).expect("opens");
     file.set_len(100 << 20).expect("a sparse file");
-    let mut paths = vec![long, std::env::temp_dir()];
+    let mut endless = vec![std::env::temp_dir()];
     if cfg!(unix) {
-        paths.push("/dev/zero".into());
+        endless.push("/dev/zero".into());
         // An earlier run may have left the pipe: writing to the pipe would wait for a reader.
         let pipe = own("beside-the-pipe", "").with_file_name("pipe");
         let _ = std::fs::remove_file(&pipe);
         let made = Command::new("mkfifo").arg(&pipe).status().expect("mkfifo runs");
         assert!(made.success(), "{made}");
-        paths.push(pipe);
+        endless.push(pipe);
     }
-    for path in &paths {
+    // Files of records and of results may be long.
+    for path in &endless {
+        let merged = own("merged.jsonl", "").with_file_name("no-such-file.jsonl");
+        for arguments in [
+            &["replay", utf8(path)][..],
+            &["replay", utf8(path), "--repair", utf8(&merged)],
+            &["campaign", "merge", utf8(path), "--out", utf8(&merged)],
+        ] {
+            let output = hil_sim_refuses(arguments);
+            let message = stderr(&output);
+            assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+            assert!(
+                message.contains(utf8(path)) && message.contains("not a regular file"),
+                "{arguments:?}: {message}"
+            );
+        }
+    }
+    for path in [long].iter().chain(&endless) {
         for arguments in [
             &["drive", "--vehicle", utf8(path)][..],
             &["drive", "--plant-vehicle", utf8(path)],

@@ -33,6 +33,8 @@ pub struct ReadRecords {
     pub lost_blocks: u32,
     /// Number of frames and blocks that could not be read.
     pub unreadable: u32,
+    /// Whether the file has its end, as far as its kind shows: an MCAP file that a killed tool or a full disk has left has none.
+    pub ends: bool,
 }
 
 /// What was recorded between one boot of the board and the next.
@@ -87,6 +89,7 @@ pub enum ReadError {
 pub fn parse(bytes: &[u8]) -> Result<ReadRecords, ReadError> {
     let contents = mcap_reader::contents(bytes);
     let frames = contents.as_ref().map_or(bytes, |contents| &contents.frames);
+    let ends = contents.as_ref().is_none_or(|contents| contents.ends);
     let file = RecordFile::parse(frames);
     let identities = file.boots.iter().filter_map(|boot| boot.identity);
     if let Some(identity) = { identities }.find(|identity| identity.protocol != PROTOCOL_VERSION) {
@@ -122,6 +125,7 @@ pub fn parse(bytes: &[u8]) -> Result<ReadRecords, ReadError> {
         boots: read,
         lost_blocks,
         unreadable,
+        ends,
     })
 }
 

@@ -33,12 +33,6 @@ pub fn read(path: &Path) -> Result<ReadRecords, CommandError> {
 /// # Errors
 /// [`CommandError::Input`]: the file cannot be read, or is too large.
 pub fn bytes(path: &Path) -> Result<Vec<u8>, CommandError> {
-    let wrong = |why: &dyn std::fmt::Display| CommandError::Input(format!("{}: {why}", path.display()));
-    let length = std::fs::metadata(path).map_err(|error| wrong(&error))?.len();
-    if length > FILE_MAX_BYTES {
-        return Err(wrong(&format!(
-            "{length} bytes, more than the {FILE_MAX_BYTES} of any drive"
-        )));
-    }
-    std::fs::read(path).map_err(|error| wrong(&error))
+    vehicle_file::read_bytes(path, FILE_MAX_BYTES)
+        .map_err(|why| CommandError::Input(format!("{}: {why}", path.display())))
 }

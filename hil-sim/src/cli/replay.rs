@@ -121,6 +121,8 @@ struct ReplayJson {
     boots: Vec<BootJson>,
     lost_blocks: u32,
     unreadable: u32,
+    /// Whether the file has its end; one that breaks off may lack the last ticks.
+    ends: bool,
     difference: Option<DifferenceJson>,
     ok: bool,
 }
@@ -194,6 +196,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
             .collect(),
         lost_blocks: read.lost_blocks,
         unreadable: read.unreadable,
+        ends: read.ends,
         ok: difference.is_none() && replay.missing().is_empty(),
         difference: difference.map(DifferenceJson::from),
     };
@@ -344,6 +347,12 @@ fn table(result: &ReplayJson) -> String {
     match &mut lines[..] {
         [one] => *one = format!("{one}, {lost}"),
         _ => lines.push(lost),
+    }
+    if !result.ends {
+        lines.push(
+            "the file breaks off: what the vehicle did last may be missing (`--repair NEW.mcap` writes it anew)"
+                .to_owned(),
+        );
     }
     lines.push(match &result.difference {
         None => "every actuation is the recorded one, bit for bit".to_owned(),

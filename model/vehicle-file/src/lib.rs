@@ -27,7 +27,7 @@ mod text;
 use place::syntax_error;
 use planar::PLANAR_FIELDS;
 pub use sets::{Difference, diff, to_toml};
-pub use text::{TEXT_MAX_BYTES, read_text};
+pub use text::{TEXT_MAX_BYTES, open_file, read_bytes, read_text};
 
 /// The contents of a vehicle file.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,7 +1,7 @@
-//! Reads text files of bounded size, whatever a command's path leads to.
+//! Reads regular files of bounded size, whatever a command's path leads to.
 
 use std::fs::File;
-use std::io::Read as _;
+use std::io::{self, Read as _};
 use std::path::Path;
 
 use crate::place::TextPlace;
@@ -9,31 +9,44 @@ use crate::place::TextPlace;
 /// Largest file that is read, in bytes. A vehicle file has about 3000 bytes, a scenario rarely more.
 pub const TEXT_MAX_BYTES: u64 = 1 << 20;
 
-/// Reads the regular file at `path`, which must be UTF-8 and at most [`TEXT_MAX_BYTES`] long.
+/// Opens the regular file at `path`.
 ///
 /// Refuses devices and pipes before it opens them: reading a device may never end, and opening a pipe
 /// waits for its writer.
 ///
 /// # Errors
-/// The reason, without the file's name.
-pub fn read_text(path: &Path) -> Result<String, String> {
-    let metadata = std::fs::metadata(path).map_err(|error| error.to_string())?;
-    if !metadata.is_file() {
-        return Err("not a regular file".to_owned());
+/// The file cannot be opened, or is not a regular one.
+pub fn open_file(path: &Path) -> io::Result<File> {
+    if !std::fs::metadata(path)?.is_file() {
+        return Err(io::Error::other("not a regular file"));
     }
+    File::open(path)
+}
+
+/// Reads the regular file at `path`, which must be at most `most_bytes` long.
+///
+/// # Errors
+/// The reason, without the file's name.
+pub fn read_bytes(path: &Path, most_bytes: u64) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     // One byte more than allowed: a file that grows meanwhile is refused like a file that is too
     // long.
-    File::open(path)
-        .and_then(|file| file.take(TEXT_MAX_BYTES + 1).read_to_end(&mut bytes))
+    open_file(path)
+        .and_then(|file| file.take(most_bytes + 1).read_to_end(&mut bytes))
         .map_err(|error| error.to_string())?;
-    if bytes.len() as u64 > TEXT_MAX_BYTES {
-        let length = metadata.len();
-        return Err(format!(
-            "its length is {length} bytes: allowed is 0 to {TEXT_MAX_BYTES}"
-        ));
+    if bytes.len() as u64 > most_bytes {
+        let length = std::fs::metadata(path).map_or(bytes.len() as u64, |metadata| metadata.len());
+        return Err(format!("its length is {length} bytes: allowed is 0 to {most_bytes}"));
     }
-    String::from_utf8(bytes).map_err(|error| {
+    Ok(bytes)
+}
+
+/// Reads the regular file at `path`, which must be UTF-8 and at most [`TEXT_MAX_BYTES`] long.
+///
+/// # Errors
+/// The reason, without the file's name.
+pub fn read_text(path: &Path) -> Result<String, String> {
+    String::from_utf8(read_bytes(path, TEXT_MAX_BYTES)?).map_err(|error| {
         let good = error.utf8_error().valid_up_to();
         let byte = error.as_bytes().get(good).copied().unwrap_or_default();
         let before = String::from_utf8_lossy(&error.as_bytes()[..good]);

@@ -9,6 +9,7 @@ use report::files::NewFile;
 use report::output::{print, print_coloured};
 use serde::Deserialize;
 use theory::analysis::law_search::{SearchGroup, SearchTotals};
+use virtual_board::scenario::RunVerdict;
 
 use super::results::{CampaignKind, Header, write_line};
 use super::search::{results, table};
@@ -33,7 +34,7 @@ struct ResultsPart {
 
 fn part(path: &Path) -> Result<ResultsPart, CommandError> {
     let name = path.display().to_string();
-    let file = std::fs::File::open(path).map_err(|error| CommandError::Input(format!("{name}: {error}")))?;
+    let file = vehicle_file::open_file(path).map_err(|error| CommandError::Input(format!("{name}: {error}")))?;
     let mut lines = BufReader::new(file).lines();
     let first = lines
         .next()
@@ -48,7 +49,8 @@ fn part(path: &Path) -> Result<ResultsPart, CommandError> {
 /// Joins the results of all shards.
 ///
 /// # Errors
-/// [`CommandError::Input`] with the file that is missing, given twice, cut off, or of another campaign.
+/// [`CommandError::Input`] with the file that is missing, given twice, cut off, or of another campaign;
+/// [`CommandError::Checks`] when a run has failed or stopped, or the arm has turned over.
 pub(super) fn merge(arguments: &MergeArguments) -> Result<(), CommandError> {
     let mut parts = arguments
         .shards
@@ -84,6 +86,7 @@ pub(super) fn merge(arguments: &MergeArguments) -> Result<(), CommandError> {
     }
     let mut file = NewFile::create("--out", &arguments.out)?;
     let runs = campaign.runs();
+    let mut bad = 0;
     let mut totals = matches!(campaign, CampaignKind::Search(_)).then(SearchTotals::default);
     write_line(
         &mut file,
@@ -97,15 +100,16 @@ pub(super) fn merge(arguments: &MergeArguments) -> Result<(), CommandError> {
         let mut count = 0;
         for line in part.lines {
             let line = line.map_err(|error| CommandError::Input(format!("{}: {error}", part.name)))?;
-            let told = serde_json::from_str::<RunNumber>(&line).map(|number| number.run);
-            if told.ok() != Some(start + count) {
+            let told = serde_json::from_str::<RunLine>(&line).ok();
+            let Some(told) = told.filter(|told| told.run == start + count) else {
                 return Err(CommandError::Input(format!(
                     "{}: line {} must be the result of run {}",
                     part.name,
                     count + 2,
                     start + count
                 )));
-            }
+            };
+            bad += u64::from(matches!(told.verdict, Some(RunVerdict::Failed | RunVerdict::Stopped)));
             if let Some(totals) = &mut totals {
                 let group = serde_json::from_str::<SearchGroup>(&line)
                     .map_err(|error| CommandError::Input(format!("{}: line {}: {error}", part.name, count + 2)))?;
@@ -123,14 +127,29 @@ pub(super) fn merge(arguments: &MergeArguments) -> Result<(), CommandError> {
         }
     }
     let out = file.finish()?;
-    match totals {
-        None => print(&format!("{runs} runs in {}\n", out.display())),
-        Some(totals) => print_coloured(&(table(&totals.finish()) + &results(Some(&out)))),
+    let whirls = match totals {
+        None => {
+            print(&format!("{runs} runs in {}\n", out.display()))?;
+            0
+        }
+        Some(totals) => {
+            let totals = totals.finish();
+            print_coloured(&(table(&totals) + &results(Some(&out))))?;
+            totals.whirls()
+        }
+    };
+    // As the whole campaign in one run would have ended.
+    match (bad, whirls) {
+        (0, 0) => Ok(()),
+        (0, whirls) => Err(CommandError::Checks(format!("the arm turned over in {whirls} drives"))),
+        (bad, _) => Err(CommandError::Checks(format!("{bad} of {runs} runs failed or stopped"))),
     }
 }
 
 /// The fields of a result's line that a merge reads.
 #[derive(Debug, Deserialize)]
-struct RunNumber {
+struct RunLine {
     run: u64,
+    /// A search's groups have none.
+    verdict: Option<RunVerdict>,
 }

@@ -27,6 +27,9 @@ const SETTLED_WITHIN_US: u64 = 60_000_000;
 /// Time between two questions about the result, us.
 const ASK_EVERY_US: u64 = 500_000;
 
+/// Largest ELF that is read, bytes. The board's has 7 MB, most of it what only a debugger reads.
+const ELF_MAX_BYTES: u64 = 1 << 28;
+
 /// A firmware to send.
 #[derive(Debug, Clone)]
 pub struct Update {
@@ -41,7 +44,7 @@ impl Update {
     /// [`CommandError::Input`]: the file cannot be read, or contains no sealed firmware.
     pub fn read(file: &Path) -> Result<Self, CommandError> {
         let wrong = |why: &dyn std::fmt::Display| CommandError::Input(format!("{}: {why}", file.display()));
-        let elf = std::fs::read(file).map_err(|error| wrong(&error))?;
+        let elf = vehicle_file::read_bytes(file, ELF_MAX_BYTES).map_err(|error| wrong(&error))?;
         Self::of(&elf).map_err(|why| wrong(&why))
     }
 
