@@ -4,6 +4,7 @@ use std::io::{self, Write};
 
 use super::*;
 use crate::mcap_repair::repair;
+use crate::mcap_writer::McapWriter;
 use crate::messages::TypedChannel;
 use crate::run::{Narrator, RunWriter};
 
@@ -65,6 +66,19 @@ fn a_repaired_file_has_an_index_of_all_that_was_whole() {
         );
     }
     assert!(repair(b"no MCAP", Vec::new()).expect("written").is_none());
+}
+
+/// The message at which the full disk is told is in the file, too.
+#[test]
+fn the_message_that_finds_the_disk_full_is_kept() {
+    let mut writer = McapWriter::new(FullOnce::default());
+    let given = (0..1000)
+        .take_while(|n| writer.frame(n * 100_000, &[7; 1000]).is_ok())
+        .count() as u64;
+    assert!(given < 1000, "it is never full");
+    let bytes = writer.finish().expect("there is room for its end").bytes;
+    let summary = mcap::Summary::read(&bytes).expect("good").expect("an index");
+    assert_eq!(summary.stats.expect("there").message_count, given + 1);
 }
 
 /// Every channel is in a file, with its schema, whether or not it has a message.
