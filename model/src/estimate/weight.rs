@@ -14,7 +14,7 @@ const FORCE_TIME_CONSTANT_S: f32 = 0.015;
 /// Ticks for which the mean force must be the weight before the accelerometer is trusted again: the wheels rebound.
 const CARRIED_TICKS: u16 = 30;
 /// Ticks without weight after which the vehicle is on rough ground and does not fall: a fall of 0.44 m takes as long, and is a fault of
-/// its own.
+/// its own. Each tick with weight takes back half a tick without: rough ground is without weight for a third of the time.
 const FALL_MAX_TICKS: u16 = 300;
 /// Ticks for which each sample must be the weight before the accelerometer may show a slide or its mounting: most of a period of
 /// 3 Hz. Under a vibration of about g the accelerometer would otherwise count in only one half of each period, which looks like an
@@ -26,8 +26,8 @@ const STEADY_WEIGHT_TICKS: u16 = 270;
 pub struct Weight {
     force_m_s2: [LowPass; 2],
     carried: Persistence,
-    /// Whether the vehicle has been without weight for longer than it can fall.
-    shaken: Persistence,
+    /// Half ticks without weight.
+    without: u16,
     steady: Persistence,
 }
 
@@ -37,7 +37,7 @@ impl Weight {
         Self {
             force_m_s2: [LowPass::new(dt_s, FORCE_TIME_CONSTANT_S); 2],
             carried: Persistence::new(CARRIED_TICKS),
-            shaken: Persistence::new(FALL_MAX_TICKS),
+            without: 0,
             steady: Persistence::new(STEADY_WEIGHT_TICKS),
         }
     }
@@ -69,21 +69,27 @@ impl Weight {
     pub fn update(&mut self, force_m_s2: Option<[f32; 2]>) {
         let Some(force_m_s2) = force_m_s2 else {
             self.carried.update(false);
-            self.shaken.update(false);
+            self.without = 0;
             self.steady.update(false);
             return;
         };
         let [x, z] = &mut self.force_m_s2;
         x.update(force_m_s2[0]);
         z.update(force_m_s2[1]);
-        let carried = self.carried.update(is_weight([x.value(), z.value()]));
-        self.shaken.update(!carried);
-        self.steady.update(is_weight(force_m_s2));
+        // Where every sample is the weight, so is their mean.
+        let steady = self.steady.update(is_weight(force_m_s2));
+        let carried = self.carried.update(steady || is_weight([x.value(), z.value()]));
+        self.without = if carried {
+            self.without.saturating_sub(1)
+        } else {
+            // Bounded, so that smooth ground is soon smooth again.
+            (self.without + 2).min(3 * FALL_MAX_TICKS)
+        };
     }
 
     /// Whether the wheels carry the vehicle: it neither falls nor lands, however it shakes.
     pub fn is_carried(&self) -> bool {
-        self.carried.stands() || self.shaken.stands()
+        self.carried.stands() || self.without >= 2 * FALL_MAX_TICKS
     }
 
     /// Whether besides nothing shakes the vehicle.
@@ -94,6 +100,7 @@ impl Weight {
 
 /// Whether the specific force has about the magnitude of the weight.
 fn is_weight([x, z]: [f32; 2]) -> bool {
-    let squared_g2 = (x * x + z * z) / (G * G);
-    (WEIGHT_MIN_G * WEIGHT_MIN_G..WEIGHT_MAX_G * WEIGHT_MAX_G).contains(&squared_g2)
+    const LEAST: f32 = WEIGHT_MIN_G * G;
+    const MOST: f32 = WEIGHT_MAX_G * G;
+    (LEAST * LEAST..MOST * MOST).contains(&(x * x + z * z))
 }
