@@ -118,7 +118,8 @@ fn play_of_the_gears_lets_no_drive_run_away() {
 }
 
 /// The arm IMU is turned by 2 deg about each of its axes, both ways. Turning on the spot at 1 rad/s, the vehicle creeps by less
-/// than 5 cm per turn, from the first turn on.
+/// than 5 cm per turn, from the first turn on. Once it has turned, its wheels roll by less than that, too: a false swing rate of a
+/// share of the yaw rate would roll them along a circle, which ends where it began.
 #[test]
 fn a_mounting_error_does_not_make_a_turn_creep() {
     let turn_s = 2.0 * std::f64::consts::PI;
@@ -138,14 +139,20 @@ fn a_mounting_error_does_not_make_a_turn_creep() {
                 .windows(2)
                 .map(|pair| (pair[1].0 - pair[0].0).hypot(pair[1].1 - pair[0].1))
                 .collect();
+            let rolled_m: f64 = from(&outcome, 6.0 + 2.0 * turn_s)
+                .windows(2)
+                .take_while(|pair| pair[1].time_s() < 6.0 + 3.0 * turn_s)
+                .map(|pair| pair[0].truth.speed_m_s * (pair[1].time_s() - pair[0].time_s()))
+                .sum();
             let story = format!("{axis} {degrees} deg, seed {seed}");
-            println!("{story}: {creeps_m:.3?} m a turn");
+            println!("{story}: {creeps_m:.3?} m a turn, {rolled_m:.3} m rolled in the third");
             assert_armed(&outcome, &story);
             assert!(
                 places[3].2 - places[0].2 > 5.5 * std::f64::consts::PI,
                 "{story}: the vehicle does not turn"
             );
             assert!(creeps_m.iter().all(|creep_m| *creep_m < 0.05), "{story}: {creeps_m:?}");
+            assert!(rolled_m.abs() < 0.05, "{story}: {rolled_m} m rolled");
             worst_m = creeps_m.iter().copied().fold(worst_m, f64::max);
         }
     }

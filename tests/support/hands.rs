@@ -8,15 +8,11 @@ use std::rc::Rc;
 use firmware::hardware::ResetCause;
 use hil_sim::cli::bring_up::person::Person;
 use model::sample::Motor;
-use model::supervise::arming::Mode;
+use plant::Plant;
 use plant::analog::{AnalogFault, Following};
 use plant::body::{BALLAST, Push, PushedBody, SPAR};
 use plant::fault::SensorFault;
 use report::error::CommandError;
-use virtual_board::board::hardware::{SecondContact, World};
-
-use crate::support::Bench;
-use crate::wires::READ_US;
 
 /// What the person's hands do from now on.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,6 +66,24 @@ pub struct Shared {
     pub asked: Vec<(String, bool)>,
 }
 
+impl Default for Shared {
+    /// A good board, before the first question.
+    fn default() -> Self {
+        Self {
+            hands: Hands::Nothing,
+            looks: 0,
+            battery_v: 0.0,
+            rolled_m: 0.0,
+            welded: false,
+            plug_is_supply: false,
+            current_gain: [1.0; 3],
+            current_offset_a: [0.0; 3],
+            waits: false,
+            asked: Vec::new(),
+        }
+    }
+}
+
 /// A question, by a part of it, and who answers it otherwise than a person with a good board.
 pub type Otherwise = fn(&str) -> Option<&'static str>;
 
@@ -85,7 +99,7 @@ impl Script {
         let yes = String::new();
         let shared = self.shared.borrow();
         let has = |part: &str| question.contains(part);
-        let seconds = |s: u32| s * 1_000_000 / READ_US as u32;
+        let seconds = |s: u32| s * 1_000_000 / LOOK_US as u32;
         if has("first contact alone") {
             (Hands::Contacts(true, false), 20, yes)
         } else if has("second contact alone") {
@@ -149,10 +163,14 @@ impl Script {
     }
 }
 
+/// Time between two looks of the hands, us.
+pub const LOOK_US: u64 = 5_000;
+/// How long the board's button is held, looks.
+const HELD_LOOKS: u32 = 20;
 /// A current from a bench supply, A.
 pub const FED_A: f64 = 3.0;
 /// How fast a hand tilts the spar: half a radian per second.
-const TILT_RAD_PER_LOOK: f64 = 0.5e-6 * READ_US as f64;
+const TILT_RAD_PER_LOOK: f64 = 0.5e-6 * LOOK_US as f64;
 /// One turn of the reference vehicle's wheels, m.
 pub const TURN_M: f64 = 2.0 * std::f64::consts::PI * 0.25;
 
@@ -183,21 +201,10 @@ impl Person for Script {
     }
 }
 
-/// Puts the stop's contacts so; a welded second one stays closed.
-fn put_contacts(world: &mut World, welded: bool, first: bool, second: bool) {
-    world.emergency_stop = first;
-    world.second_contact = match (first, second) {
-        _ if welded => SecondContact::Welded,
-        (true, true) | (false, false) => SecondContact::Follows,
-        (true, false) => SecondContact::Welded,
-        (false, true) => SecondContact::Open,
-    };
-}
-
 /// A hand at the camera, which is above the axle: it pushes back what shall come forward below. Strong enough against the
 /// ballast's weight, and damped.
-fn hold_spar(world: &mut World, to_rad: f64) {
-    let truth = world.plant.truth();
+fn hold_spar(plant: &mut Plant, to_rad: f64) {
+    let truth = plant.truth();
     let forward_n = 40.0 * (truth.spar_rad - to_rad) + 5.0 * truth.spar_rate_rad_s;
     let push = Push {
         on: PushedBody::Spar,
@@ -205,96 +212,105 @@ fn hold_spar(world: &mut World, to_rad: f64) {
         left_n: 0.0,
         up_n: 0.0,
     };
-    world.plant.push(push, 1.0);
+    plant.push(push, 1.0);
 }
 
-/// Lets the hands act on the bench.
-pub fn act(bench: &mut Bench, shared: &mut Shared) {
-    let armed = bench.board.status().is_some_and(|status| status.mode == Mode::Armed);
+/// What the hands do to the board in one look.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Deeds {
+    /// Open the stop's contacts, first and second, or close them.
+    pub contacts: Option<(bool, bool)>,
+    /// Press the board's button, or let it go.
+    pub button: Option<bool>,
+    /// Reset the board by such a cause.
+    pub reset: Option<ResetCause>,
+}
+
+/// Lets the hands act on the vehicle of a board that is armed or not; what they do to the board.
+pub fn act(plant: &mut Plant, shared: &mut Shared, armed: bool) -> Deeds {
     shared.waits &= !armed;
     shared.looks += u32::from(!shared.waits);
     let looks = shared.looks;
     if let Some((_, was_armed)) = shared.asked.last_mut() {
         *was_armed |= armed;
     }
+    let truth = plant.truth();
+    shared.battery_v = truth.battery_v;
+    shared.rolled_m = truth.x_m;
+    feel_currents(plant, shared);
+    let mut deeds = Deeds::default();
+    let push = |on, forward_n| Push {
+        on,
+        forward_n,
+        left_n: 0.0,
+        up_n: 0.0,
+    };
+    plant.set_chocked(matches!(shared.hands, Hands::Lean(_)));
     match shared.hands {
-        Hands::ButtonAfter(after) if looks == after => bench.board.press_button(),
-        Hands::ResetAfter(after, cause) if looks == after => bench.board.reset(cause).expect("boots again"),
-        _ => {}
-    }
-    bench.board.world(|world| {
-        let truth = world.plant.truth();
-        shared.battery_v = truth.battery_v;
-        shared.rolled_m = truth.x_m;
-        let push = |on, forward_n| Push {
-            on,
-            forward_n,
-            left_n: 0.0,
-            up_n: 0.0,
-        };
-        world.plant.set_chocked(matches!(shared.hands, Hands::Lean(_)));
-        let current_a = ["left_current", "right_current", "ballast_current"];
-        for (motor, name) in [Motor::Left, Motor::Right, Motor::Ballast].into_iter().zip(current_a) {
-            // A current through the sensor acts like an offset.
-            let fed_a = if shared.hands == Hands::Feed(motor) { FED_A } else { 0.0 };
-            let gain = shared.current_gain[motor as usize];
-            let fault = AnalogFault {
-                following: Following::Works,
-                gain,
-                offset: shared.current_offset_a[motor as usize] + gain * fed_a,
+        Hands::ButtonAfter(after) if looks == after => deeds.button = Some(true),
+        Hands::ButtonAfter(after) if looks == after + HELD_LOOKS => deeds.button = Some(false),
+        Hands::ResetAfter(after, cause) if looks == after => deeds.reset = Some(cause),
+        Hands::PressAfter(after) if looks == after => deeds.contacts = Some((true, true)),
+        Hands::Contacts(first, second) => deeds.contacts = Some((first, second)),
+        Hands::Lean(newtons) => plant.push(push(PushedBody::Arm, newtons), 1.0),
+        Hands::NudgeAfter(after) if looks == after => plant.push(push(PushedBody::Arm, 10.0), 0.1),
+        Hands::Stand if looks == 1 => plant.set_on_stand(true),
+        Hands::Steady | Hands::Stand => {
+            let newtons = (-50.0 * truth.phi_rate_rad_s).clamp(-50.0, 50.0);
+            plant.push(push(PushedBody::Arm, newtons), 1.0);
+        }
+        Hands::TiltSpar(to_rad) => {
+            let to_rad = if shared.waits {
+                0.0
+            } else {
+                to_rad.min(TILT_RAD_PER_LOOK * f64::from(looks))
             };
-            world.plant.set_analog_fault(name, fault);
-            let held = matches!(shared.hands, Hands::RollTo(_, held) if held == motor);
-            let encoder = world.plant.encoder_mut(motor);
-            if held {
-                encoder.set_fault(SensorFault::Stuck);
-            } else if encoder.fault() == SensorFault::Stuck {
-                encoder.set_fault(SensorFault::None);
-            }
+            hold_spar(plant, to_rad);
         }
-        match shared.hands {
-            Hands::Lean(newtons) => world.plant.push(push(PushedBody::Arm, newtons), 1.0),
-            Hands::NudgeAfter(after) if looks == after => world.plant.push(push(PushedBody::Arm, 10.0), 0.1),
-            Hands::Stand if looks == 1 => world.plant.set_on_stand(true),
-            Hands::Steady | Hands::Stand => {
-                let newtons = (-50.0 * truth.phi_rate_rad_s).clamp(-50.0, 50.0);
-                world.plant.push(push(PushedBody::Arm, newtons), 1.0);
-            }
-            Hands::TiltSpar(to_rad) => {
-                let to_rad = if shared.waits {
-                    0.0
-                } else {
-                    to_rad.min(TILT_RAD_PER_LOOK * f64::from(looks))
-                };
-                hold_spar(world, to_rad);
-            }
-            Hands::TurnBallast(to_rad) => {
-                hold_spar(world, 0.0);
-                let (position, speed) = world.plant.body_mut().state_mut();
-                let left_rad = to_rad - (position[BALLAST] - position[SPAR]);
-                speed[BALLAST] = speed[SPAR] + (10.0 * left_rad).clamp(-1.0, 1.0);
-            }
-            Hands::RollTo(to_m, _) => {
-                let newtons = (60.0 * (to_m - truth.x_m)).clamp(-30.0, 30.0);
-                world.plant.push(push(PushedBody::Axle, newtons), 1.0);
-            }
-            Hands::Contacts(first, second) => {
-                put_contacts(world, shared.welded, first, second);
-            }
-            Hands::PressAfter(after) if looks == after => {
-                put_contacts(world, shared.welded, true, true);
-            }
-            Hands::SupplyOff(after, off) => {
-                let connected = !(after..after + off).contains(&looks);
-                world.plant.set_battery_connected(connected);
-            }
-            // A push that has begun ends by itself.
-            Hands::NudgeAfter(_) => {}
-            Hands::Nothing | Hands::PressAfter(_) | Hands::ButtonAfter(_) | Hands::ResetAfter(..) | Hands::Feed(_) => {
-                world.plant.push(push(PushedBody::Axle, 0.0), 0.001);
-            }
+        Hands::TurnBallast(to_rad) => {
+            hold_spar(plant, 0.0);
+            let (position, speed) = plant.body_mut().state_mut();
+            let left_rad = to_rad - (position[BALLAST] - position[SPAR]);
+            speed[BALLAST] = speed[SPAR] + (10.0 * left_rad).clamp(-1.0, 1.0);
         }
-    });
+        Hands::RollTo(to_m, _) => {
+            let newtons = (60.0 * (to_m - truth.x_m)).clamp(-30.0, 30.0);
+            plant.push(push(PushedBody::Axle, newtons), 1.0);
+        }
+        Hands::SupplyOff(after, off) => {
+            let connected = !(after..after + off).contains(&looks);
+            plant.set_battery_connected(connected);
+        }
+        // A push that has begun ends by itself.
+        Hands::NudgeAfter(_) => {}
+        Hands::Nothing | Hands::PressAfter(_) | Hands::ButtonAfter(_) | Hands::ResetAfter(..) | Hands::Feed(_) => {
+            plant.push(push(PushedBody::Axle, 0.0), 0.001);
+        }
+    }
+    deeds
+}
+
+/// The current sensors with their errors, and with the current that a hand feeds; the encoder that a hand holds.
+fn feel_currents(plant: &mut Plant, shared: &Shared) {
+    let current_a = ["left_current", "right_current", "ballast_current"];
+    for (motor, name) in [Motor::Left, Motor::Right, Motor::Ballast].into_iter().zip(current_a) {
+        // A current through the sensor acts like an offset.
+        let fed_a = if shared.hands == Hands::Feed(motor) { FED_A } else { 0.0 };
+        let gain = shared.current_gain[motor as usize];
+        let fault = AnalogFault {
+            following: Following::Works,
+            gain,
+            offset: shared.current_offset_a[motor as usize] + gain * fed_a,
+        };
+        plant.set_analog_fault(name, fault);
+        let held = matches!(shared.hands, Hands::RollTo(_, held) if held == motor);
+        let encoder = plant.encoder_mut(motor);
+        if held {
+            encoder.set_fault(SensorFault::Stuck);
+        } else if encoder.fault() == SensorFault::Stuck {
+            encoder.set_fault(SensorFault::None);
+        }
+    }
 }
 
 /// What a bench answers otherwise than a person without tools, of a virtual board.

@@ -12,11 +12,42 @@ use hil_sim::cli::bring_up::verdict::{BringUpReport, StepVerdict};
 use hil_sim::cli::link::console::Console;
 use hil_sim::cli::link::session::Link;
 use model::command::Request;
+use model::supervise::arming::Mode;
 use report::error::CommandError;
+use virtual_board::board::hardware::{SecondContact, World};
 
-use crate::hands::{Hands, Otherwise, Script, Shared, act};
+use crate::hands::{self, LOOK_US, Otherwise, Script, Shared};
 use crate::support::Bench;
-use crate::wires::{BoardWire, messages, ready};
+use crate::wires::{BoardWire, READ_US, messages, ready};
+
+const _: () = assert!(LOOK_US == READ_US);
+
+/// Puts the stop's contacts so; a welded second one stays closed.
+fn put_contacts(world: &mut World, welded: bool, first: bool, second: bool) {
+    world.emergency_stop = first;
+    world.second_contact = match (first, second) {
+        _ if welded => SecondContact::Welded,
+        (true, true) | (false, false) => SecondContact::Follows,
+        (true, false) => SecondContact::Welded,
+        (false, true) => SecondContact::Open,
+    };
+}
+
+/// Lets the hands act on the bench.
+fn act(bench: &mut Bench, shared: &mut Shared) {
+    let armed = bench.board.status().is_some_and(|status| status.mode == Mode::Armed);
+    let deeds = bench.board.world(|world| hands::act(&mut world.plant, shared, armed));
+    if let Some((first, second)) = deeds.contacts {
+        let welded = shared.welded;
+        bench.board.world(|world| put_contacts(world, welded, first, second));
+    }
+    if deeds.button == Some(true) {
+        bench.board.press_button();
+    }
+    if let Some(cause) = deeds.reset {
+        bench.board.reset(cause).expect("boots again");
+    }
+}
 
 /// What the procedure left behind.
 pub struct Done {
@@ -40,18 +71,7 @@ pub fn bring_up_on(
     otherwise: Otherwise,
     (simulated, at_a_bench): (bool, bool),
 ) -> Done {
-    let mut shared = Shared {
-        hands: Hands::Nothing,
-        looks: 0,
-        battery_v: 0.0,
-        rolled_m: 0.0,
-        welded: false,
-        plug_is_supply: false,
-        current_gain: [1.0; 3],
-        current_offset_a: [0.0; 3],
-        waits: false,
-        asked: Vec::new(),
-    };
+    let mut shared = Shared::default();
     wrong(&mut bench, &mut shared);
     let shared = Rc::new(RefCell::new(shared));
     let mut wire = BoardWire::new(bench);

@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+pub mod cost;
 /// The firmware's definition of the seal, included as one file so that this package depends on no other
 /// package.
 #[path = "../../../firmware/src/image_seal.rs"]

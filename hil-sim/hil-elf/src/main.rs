@@ -8,6 +8,7 @@ use std::path::{self, Path};
 use std::process::{Command, ExitCode};
 use std::{env, io};
 
+use hil_elf::cost::Cost;
 use hil_elf::{ELF_VARIABLE, build_board, root, without_package_variables};
 
 fn main() -> ExitCode {
@@ -40,16 +41,27 @@ fn run() -> io::Result<bool> {
     elf.map_or(Ok(false), |elf| test(&elf))
 }
 
-/// Runs the emulated board's tests on `elf`, with this program's arguments; returns whether they passed.
+/// Runs the emulated board's tests on `elf`, with this program's arguments, and tells what they cost; returns whether they
+/// passed.
 fn test(elf: &Path) -> io::Result<bool> {
-    let status = without_package_variables(&mut Command::new("cargo"))
+    if !tests(elf).arg("--no-run").status()?.success() {
+        return Ok(false);
+    }
+    let cost = Cost::begin();
+    let status = tests(elf).args(env::args_os().skip(1)).status()?;
+    eprintln!("{}", cost.text());
+    Ok(status.success())
+}
+
+/// The command that builds and runs the tests.
+fn tests(elf: &Path) -> Command {
+    let mut command = Command::new("cargo");
+    without_package_variables(&mut command)
         // The emulated part declares a newer Rust than it needs.
         .args(["test", "--release", "--ignore-rust-version", "--manifest-path"])
         .arg(root().join("hil-sim/board-emulator/Cargo.toml"))
         .arg("--target-dir")
         .arg(root().join("target/board-emulator"))
-        .args(env::args_os().skip(1))
-        .env(ELF_VARIABLE, elf)
-        .status()?;
-    Ok(status.success())
+        .env(ELF_VARIABLE, elf);
+    command
 }

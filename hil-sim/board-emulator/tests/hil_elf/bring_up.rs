@@ -13,19 +13,38 @@ use report::error::CommandError;
 use crate::support::ready;
 use crate::wire::EmulatedWire;
 
-/// Nobody's hands reach the emulated vehicle.
-struct NoHands;
+/// A person at the emergency stop, whose hands reach nothing else of the emulated vehicle.
+struct AtTheStop(EmulatedWire);
 
-impl Person for NoHands {
-    fn reply(&mut self, _: &str) -> Result<Option<String>, CommandError> {
-        Ok(Some("s".into()))
+impl Person for AtTheStop {
+    fn reply(&mut self, question: &str) -> Result<Option<String>, CommandError> {
+        let asked = |part: &str| question.contains(part);
+        let (first, second) = if asked("Press the emergency stop and hold") {
+            (true, true)
+        } else if asked("Open the first contact alone") {
+            (true, false)
+        } else if asked("open the second contact alone") {
+            (false, true)
+        } else if asked("Release the emergency stop") || asked("Close both contacts") {
+            (false, false)
+        } else {
+            return Ok(Some("s".into()));
+        };
+        self.0.act(move |board, now| {
+            board.set_stop(now, second);
+            board.set_stop_contact(now, first);
+        });
+        Ok(Some(String::new()))
     }
 }
 
-/// Every step that needs no hands passes; the others are not shown, and the vehicle is not armed.
+/// Every step passes that needs no hands, or hands at the stop alone; the others are not shown, and the vehicle is not
+/// armed.
 #[test]
 fn the_bring_up_procedure_runs_on_the_board() {
-    let mut wire = Some(EmulatedWire::new(ready().emulation));
+    let wire = EmulatedWire::new(ready().emulation);
+    let person = AtTheStop(wire.clone());
+    let mut wire = Some(wire);
     let mut reopen = || {
         let wire = wire
             .take()
@@ -40,7 +59,7 @@ fn the_bring_up_procedure_runs_on_the_board() {
         firmware: None,
     };
     let mut console = Console(Vec::new());
-    let report = carry_out(&mut reopen, NoHands, &mut console, extent).expect("carried out");
+    let report = carry_out(&mut reopen, person, &mut console, extent).expect("carried out");
     let passed: Vec<&str> = report
         .steps
         .iter()
@@ -49,7 +68,7 @@ fn the_bring_up_procedure_runs_on_the_board() {
         .collect();
     assert_eq!(
         passed,
-        ["identity", "clock", "current zeros", "store"],
+        ["identity", "clock", "contacts", "current zeros", "store"],
         "{}",
         report.text()
     );

@@ -4,8 +4,9 @@ use std::cell::RefCell;
 use std::io;
 use std::rc::Rc;
 
+use board_emulator::board::DriveBoard;
 use board_emulator::run::Emulation;
-use board_emulator::time::MS;
+use board_emulator::time::{Instant, MS};
 use hil_sim::cli::link::wire::Wire;
 
 /// How long one read of the tool waits, ms.
@@ -25,6 +26,15 @@ impl EmulatedWire {
             emulation: Rc::new(RefCell::new(emulation)),
             waiting: Vec::new(),
         }
+    }
+
+    /// Acts on the board at the run's present instant.
+    pub fn act(&self, act: impl FnOnce(&mut DriveBoard, Instant) + Send + 'static) {
+        let acted = self.emulation.borrow_mut().at(move |stopped| {
+            let (board, now) = stopped.board_now();
+            act(board, now);
+        });
+        acted.expect("it runs");
     }
 
     /// The board again, once no other end is left.
