@@ -124,7 +124,7 @@ mod tests {
         wiring.leads = [Leads::Shorted, Leads::Shorted, Leads::Open];
         assert_eq!(wiring.through(&bridges), [Shorted(0.4), Shorted(0.0), Disconnected]);
         wiring.leads = [Leads::Exchanged, Leads::Sound, Leads::Exchanged];
-        assert_eq!(wiring.through(&bridges), [Duty(-0.4), Duty(-0.4), Open]);
+        assert_eq!(wiring.through(&bridges), [Duty(-0.4), Open, Open]);
         wiring.unsupplied = true;
         assert_eq!(wiring.through(&bridges), [Disconnected; MOTORS]);
     }
