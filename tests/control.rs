@@ -2,7 +2,7 @@
 
 use model::control::equilibrium::Equilibrium;
 use model::supervise::arming::Mode;
-use model::supervise::codes::FaultSet;
+use model::supervise::codes::{FaultSet, Limit};
 use model::vehicle::GRAVITY_M_S2;
 use virtual_board::scenario::trace::TraceRow;
 
@@ -254,8 +254,52 @@ fn stuck_at_a_wall_it_stays_cool_and_reverses_when_told() {
     );
 }
 
-/// Stuck at a wall on a hill, the vehicle uses the slope that it learnt on the way: it pushes without bouncing, its motors stay
-/// cool, and it reverses on command, as on the level.
+/// Edges that the vehicle nearly climbs, met at speed: it bounces off and tries again, but four seconds after it was first
+/// held up (the time of a start, of a hard push and of the arm's coming down) it only leans on, however long it is commanded
+/// to drive.
+#[test]
+fn an_edge_met_at_speed_is_not_tried_again_and_again() {
+    let mut worst_a = 0.0_f64;
+    for (speed_m_s, height_m) in [
+        (1.5, 0.06),
+        (1.8, 0.05),
+        (2.0, 0.055),
+        (2.0, 0.06),
+        (2.2, 0.06),
+        (2.5, 0.06),
+        (2.5, 0.075),
+    ] {
+        let wall = format!("terrain.profile = [{{ kind = 'step', at_m = 1.2, height_m = {height_m:?} }}]");
+        let steps = format!("{{ at_s = 4.0, action = 'drive', speed_m_s = {speed_m_s:?} }}");
+        let outcome = drive(&reference(), 40.0, 0.0, &wall, &steps);
+        let rows = from(&outcome, 4.0);
+        let hits = rows.iter().find(|row| row.truth.x_m > 0.9).expect("it comes there");
+        let pushing = from(&outcome, hits.time_s() + 4.0);
+        let current_a = most(pushing, |row| {
+            row.truth.current_a[0].abs().max(row.truth.current_a[1].abs())
+        });
+        let status = pushing[pushing.len() - 1].status;
+        let story = format!("{speed_m_s} m/s, {height_m} m");
+        println!("{story}: {current_a:.1} A");
+        assert!(
+            pushing.iter().all(|row| row.truth.x_m < 1.2),
+            "{story}: it does not climb the edge"
+        );
+        assert!(current_a < 4.0, "{story}: {current_a} A");
+        assert!(status.limits.contains(Limit::Stall), "{story}: it says so");
+        assert_eq!((status.mode, status.faults), (Mode::Armed, FaultSet::EMPTY), "{story}");
+        worst_a = worst_a.max(current_a);
+    }
+    shown(
+        "edges of 50 to 75 mm, met at 1.5 to 2.5 m/s",
+        &format!(
+            "tried for four seconds, then leant on with {worst_a:.1} A at most for as long as it is told to drive; *Stall* is told"
+        ),
+    );
+}
+
+/// Driven onto a hill and there stuck at a wall, the vehicle reckons with the hill that it has learnt: it pushes without
+/// bouncing, stays cool, and reverses on command, as on the level.
 #[test]
 fn stuck_at_a_wall_on_a_hill_it_does_not_bounce() {
     const WALL_M: f64 = 6.0;

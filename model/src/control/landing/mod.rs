@@ -7,6 +7,7 @@
 //!
 //! Nondimensional inside (forces over (M+m) g, torques over (M+m) g r, time sqrt(r/g)), SI at the edges.
 
+mod attempts;
 mod balance;
 mod chatter;
 mod command;
