@@ -106,3 +106,135 @@ fn an_offset_of_the_accelerometer_along_the_axle_is_no_slide() {
         }
     }
 }
+
+/// What fails in these drives, in a vehicle that stands on a slope or drives.
+fn flown(vehicle: &Vehicle<f64>, slope_deg: f64, speed_m_s: f64, seed: u64, event: &str) -> (DriveOutcome, String) {
+    let outcome = fly(
+        vehicle,
+        seed,
+        slope_deg,
+        speed_m_s,
+        &format!("{{ at_s = 8.0, {event} }}"),
+    );
+    let story = format!(
+        "{event} at {speed_m_s} m/s on {slope_deg} deg, seed {seed}: {:?}",
+        outcome.log
+    );
+    (outcome, story)
+}
+
+/// A current sensor dies, or goes on showing its last value, while the current is large: on a slope. Its motor still has
+/// its torque, so nothing else is wrong; the vehicle comes to a controlled stop.
+#[test]
+fn a_current_sensor_that_fails_on_a_slope_is_no_open_lead_and_no_encoder() {
+    for vehicle in [reference(), small()] {
+        for slope_deg in [7.0, -10.0, 16.0, 24.0] {
+            for (speed_m_s, seed) in [(0.0, 1), (0.0, 11), (0.4, 21)] {
+                for reads in ["dead", "stuck"] {
+                    let event = format!("action = 'analog-fault', sensor = 'left-current', reads = '{reads}'");
+                    let (outcome, story) = flown(&vehicle, slope_deg, speed_m_s, seed, &event);
+                    let stops_s = first(&outcome, 8.0, |row| row.status.mode == Mode::Stopping);
+                    assert!(stops_s.is_some_and(|s| s < 1.0), "{stops_s:?} s, {story}");
+                    assert_eq!(faults(&outcome), only(&[Fault::CurrentSensor]), "{story}");
+                }
+            }
+        }
+    }
+}
+
+/// A sensor that shows the current backward at hold, while the encoder agrees with the other wheel and the gyro.
+#[test]
+fn a_current_that_is_measured_backward_on_a_slope_is_no_encoder() {
+    for vehicle in [reference(), small()] {
+        for (slope_deg, seed) in [(10.0, 1), (-12.0, 2), (20.0, 3)] {
+            let event = "action = 'analog-fault', sensor = 'right-current', gain = -1.0";
+            let (outcome, story) = flown(&vehicle, slope_deg, 0.0, seed, event);
+            let stops_s = first(&outcome, 8.0, |row| row.status.mode == Mode::Stopping);
+            assert!(stops_s.is_some_and(|s| s < 1.0), "{stops_s:?} s, {story}");
+            assert_eq!(faults(&outcome), only(&[Fault::CurrentSensor]), "{story}");
+        }
+    }
+}
+
+/// A lead that opens takes the motor's torque, which the wheel shows, or the other motor.
+#[test]
+fn a_lead_that_opens_on_a_slope_is_an_open_lead() {
+    for (vehicle, drives) in [
+        (
+            reference(),
+            [(20.0, 0.0), (24.0, 0.0), (-24.0, 0.0), (-7.0, 1.0), (7.0, 0.6)],
+        ),
+        (
+            small(),
+            [(16.0, 0.0), (20.0, 0.0), (24.0, 0.0), (-7.0, 1.0), (7.0, 0.6)],
+        ),
+    ] {
+        for (slope_deg, speed_m_s) in drives {
+            for seed in [1, 11] {
+                let event = "action = 'motor-leads', motor = 'right', leads = 'open'";
+                let (outcome, story) = flown(&vehicle, slope_deg, speed_m_s, seed, event);
+                let opens_s = first(&outcome, 8.0, |row| row.status.mode == Mode::Disarmed);
+                assert!(opens_s.is_some_and(|s| s < 0.4), "{opens_s:?} s, {story}");
+                assert_eq!(faults(&outcome), only(&[Fault::RightMotorOpen]), "{story}");
+            }
+        }
+    }
+}
+
+/// A reversed encoder makes any current too small for the rate that it shows.
+#[test]
+fn a_reversed_encoder_is_no_open_lead() {
+    for (slope_deg, speed_m_s, seed) in [(0.0, 1.2, 1), (0.0, -1.2, 2), (7.0, -0.6, 3), (7.0, -1.2, 4)] {
+        let event = "action = 'sensor-fault', sensor = 'left-encoder', fault = 'wrong-sign'";
+        let (outcome, story) = flown(&small(), slope_deg, speed_m_s, seed, event);
+        let opens_s = first(&outcome, 8.0, |row| row.status.mode == Mode::Disarmed);
+        assert!(opens_s.is_some_and(|s| s < 0.6), "{opens_s:?} s, {story}");
+        assert_eq!(faults(&outcome), only(&[Fault::EncoderImplausible]), "{story}");
+    }
+}
+
+/// An IMU's noise makes the law's voltage alternate, which turns no motor.
+#[test]
+fn the_garbage_of_an_imu_is_no_silent_encoder() {
+    for seed in [3, 7] {
+        for slope_deg in [0.0, 7.0, 10.0] {
+            let event = "action = 'sensor-fault', sensor = 'arm-imu', fault = 'garbage'";
+            let (outcome, story) = flown(&small(), slope_deg, 0.0, seed, event);
+            assert_eq!(faults(&outcome), only(&[Fault::ImuImplausible]), "{story}");
+        }
+    }
+}
+
+/// Gyros that vibrate make the laws' voltages alternate, which turns no motor.
+#[test]
+fn gyros_that_vibrate_are_no_silent_encoder() {
+    for frequency_hz in [50.0, 150.0, 300.0, 450.0] {
+        for (speed_m_s, seed) in [(0.0, 1), (1.0, 2)] {
+            let steps = format!(
+                "{{ at_s = 4.0, action = 'drive', speed_m_s = {speed_m_s:?} }}, {{ at_s = 6.0, action = 'vibration', \
+                 amplitude_rad_s = 0.2, frequency_hz = {frequency_hz:?} }}"
+            );
+            let outcome = drive(&reference(), 18.0, 0.0, &format!("seed = {seed}"), &steps);
+            let story = format!("{frequency_hz} Hz at {speed_m_s} m/s: {:?}", outcome.log);
+            assert_eq!(last(&outcome).status.faults, FaultSet::EMPTY, "{story}");
+        }
+    }
+}
+
+/// Nothing but its encoder shows how the ballast turns, and a ballast without torque turns slowly.
+#[test]
+fn an_open_lead_of_the_ballast_motor_is_no_wrong_encoder() {
+    for (speed_m_s, seed) in [(1.0, 1), (1.0, 2), (-1.0, 3), (2.0, 4)] {
+        let back = -speed_m_s;
+        let event = format!(
+            "{{ at_s = 8.0, action = 'motor-leads', motor = 'ballast', leads = 'open' }}, \
+             {{ at_s = 10.0, action = 'drive', speed_m_s = {back:?} }}"
+        );
+        let outcome = fly(&reference(), seed, 0.0, speed_m_s, &event);
+        let found = faults(&outcome);
+        let story = format!("{speed_m_s} m/s, seed {seed}: {:?}", outcome.log);
+        assert!(found.contains(Fault::BallastMotorOpen), "{story}");
+        assert!(!found.contains(Fault::BallastEncoder), "{story}");
+        assert_eq!(last(&outcome).status.mode, Mode::Armed, "{story}");
+    }
+}

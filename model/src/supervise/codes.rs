@@ -53,7 +53,7 @@ faults! {
     ),
     /// A wheel's encoder contradicts its motor's voltage and current, or jumped.
     EncoderImplausible = 5 => Opens(
-        "a tick's advance beyond twice the no-load speed; or voltage less resistance drop less back-EMF beyond 0.35 V plus half the drop plus a quarter of the back-EMF (`RESIDUAL_V`, `RESIDUAL_SHARE`, `BACK_EMF_SHARE`) for 250 ticks (`RESIDUAL_TICKS`) while the current follows the voltage. A supply that reads less than `minimum_v` may be as low as it reads or as high as `maximum_v`: then every voltage in between must contradict",
+        "a tick's advance beyond twice the no-load speed; or voltage less resistance drop less back-EMF beyond 0.35 V plus half the drop plus a quarter of the back-EMF (`RESIDUAL_V`, `RESIDUAL_SHARE`, `BACK_EMF_SHARE`) for 250 ticks (`RESIDUAL_TICKS`), or 0.1 rad that the motor has surely turned while the encoder stands (`SILENT_STEPS`), and the other wheel and the gyro show another rate by half of what is missing (`BORNE_OUT_SHARE`), or their encoder is doubted too; not after CurrentSensor. A supply that reads less than `minimum_v` may be as low as it reads or as high as `maximum_v`: then every voltage in between must contradict",
         "noise 100 ms; dead, stuck or reversed 600 ms from 0.15 m/s to 2.5 m/s (260 ms found); not found while the wheel stands",
         "Check the encoder's cable, its direction, and that its disc sits tight."
     ),
@@ -125,7 +125,7 @@ faults! {
     ),
     /// The ballast's encoder contradicts its motor's voltage and current, or jumped: the ballast motor is off.
     BallastEncoder = 17 => Spar(
-        "as EncoderImplausible",
+        "as EncoderImplausible, without a second witness of the rate; not while less than a tenth of the current flows that the voltage should drive, as a lead may be open",
         "noise 200 ms; dead, stuck or reversed only while the ballast turns faster than half its residual allows",
         "Check the ballast encoder's cable; the vehicle drives without levelling meanwhile."
     ),
@@ -145,11 +145,11 @@ faults! {
     BallastCurrentSensor = 20 => Spar(
         "as CurrentSensor, and the offset that blocks arming for a drive motor",
         "only while levelling works the motor",
-        "Check the ballast motor's current sensor."
+        "Check the ballast motor's current sensor and its leads."
     ),
     /// No current follows the left motor's voltage: a lead is open.
     LeftMotorOpen = 21 => Opens(
-        "the voltage should drive 40 % of `current_limit_a` (`OPEN_SHARE`), less than a tenth of that flows, and the current does not follow the voltage, for 100 ticks (`OPEN_TICKS`)",
+        "the voltage should drive 40 % of `current_limit_a` (`OPEN_SHARE`), less than a tenth of that flows, and the current does not follow the voltage, for 100 ticks (`OPEN_TICKS`); and the motor is without torque: its output has fallen behind by 0.1 rad/s (`OPEN_BEHIND_RAD_S`), or what drives the other motor differs by half (`OPEN_ALONE_SHARE`), while the other wheel and the gyro bear its encoder out; not after CurrentSensor",
         "400 ms while driving (180 ms found); a vehicle that stands still on the level shows CurrentSensor instead",
         "Check the left motor's leads and plug."
     ),
@@ -161,7 +161,7 @@ faults! {
     ),
     /// A drive motor's current sensor does not follow the current.
     CurrentSensor = 23 => Stops(
-        "changes of the measured current follow less than a quarter of those that the voltage makes (`DEAD_SHARE`) for 150 ticks (`DEAD_TICKS`)",
+        "changes of the measured current follow less than a quarter of those that the voltage makes (`DEAD_SHARE`) for 150 ticks (`DEAD_TICKS`), for 400 while the motor works against the other as one with an open lead does (`DEAD_ALONE_TICKS`); or a contradiction as of EncoderImplausible while the other wheel and the gyro bear the encoder out",
         "the stop begins within 1 s from a stand to 2 m/s (630 ms found); not found while the voltage rests at a limit",
         "Check the drive motors' current sensors."
     ),

@@ -49,6 +49,11 @@ impl Suspicion {
         };
         self.level >= self.limit
     }
+
+    /// Whether bad ticks outweigh the good ticks so far.
+    pub fn is_raised(&self) -> bool {
+        self.level > 0
+    }
 }
 
 /// The verdict on an IMU.

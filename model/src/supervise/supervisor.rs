@@ -4,7 +4,7 @@ use super::arming::{Arming, Conditions, Mode};
 use super::blocking::{ARM_IMU_FAULTS, ENCODER_FAULTS, blockers_of};
 use super::codes::{Blocker, BlockerSet, Fault, FaultSet};
 use super::debounce::Debounce;
-use super::motor_watch::{MotorHealth, MotorReading, MotorWatch};
+use super::motor_watch::{self, MotorReading, MotorWatch};
 use super::plausibility::{ImuHealth, ImuWatch};
 use crate::board::BoardScales;
 use crate::command::{Command, Request};
@@ -69,6 +69,8 @@ pub struct Supervisor {
     spar_watch: Option<ImuWatch>,
     motor_watches: [MotorWatch; MOTORS],
     motor_guards: [MotorGuard; MOTORS],
+    /// Difference of the wheels' rates, right less left, per yaw rate.
+    wheel_rates_per_yaw: f32,
     debounce: Debounce,
     /// A drive motor's current sensor showed a current when the bridges were last open.
     current_offset: bool,
@@ -117,6 +119,7 @@ impl Supervisor {
                 MotorGuard::new(right, 1),
                 MotorGuard::new(ballast, 2),
             ],
+            wheel_rates_per_yaw: 2.0 * p.body.half_track_m / p.body.wheel_radius_m,
             debounce: Debounce::default(),
             current_offset: false,
             contacts_disagreed: false,
@@ -256,7 +259,7 @@ impl Supervisor {
             Fault::EncoderStale,
             sensed.encoder_age_us > self.thresholds.sensor_timeout_us,
         );
-        faults = faults.union(self.motors(sensed, applied));
+        faults = faults.union(self.motors(sensed, estimate.yaw_rate_rad_s, applied));
         let low = sensed.battery_v < self.thresholds.battery.minimum_v;
         faults.insert_if(Fault::BatteryLow, self.debounce.update(Fault::BatteryLow, low));
         let high = sensed.battery_v > self.thresholds.battery.maximum_v;
@@ -279,17 +282,14 @@ impl Supervisor {
     }
 
     /// The faults of the motors, their encoders, current sensors and leads.
-    fn motors(&mut self, sensed: &Sensed, applied: Actuation) -> FaultSet {
-        let left = self.motor_health(Motor::Left, sensed, applied);
-        let right = self.motor_health(Motor::Right, sensed, applied);
+    fn motors(&mut self, sensed: &Sensed, yaw_rate_rad_s: f32, applied: Actuation) -> FaultSet {
+        let left = self.update_motor(Motor::Left, sensed, applied);
+        let right = self.update_motor(Motor::Right, sensed, applied);
         // Without a spar the third bridge has no motor.
         let with_ballast = self.spar_watch.is_some();
-        let ballast = if with_ballast {
-            self.motor_health(Motor::Ballast, sensed, applied)
-        } else {
-            MotorHealth::default()
-        };
-        self.current_offset = left.current_offset || right.current_offset;
+        let ballast = with_ballast && self.update_motor(Motor::Ballast, sensed, applied);
+        let [left_watch, right_watch, _] = &self.motor_watches;
+        self.current_offset = left_watch.has_current_offset() || right_watch.has_current_offset();
         let [left_a, right_a, ballast_a] = sensed.current_a.map(f32::abs);
         let limit_a = self.thresholds.safety.overcurrent_a;
         let over = left_a > limit_a || right_a > limit_a;
@@ -298,10 +298,14 @@ impl Supervisor {
         let ballast_over = self.debounce.update(Fault::BallastOvercurrent, ballast_over);
         let mut faults = FaultSet::EMPTY;
         let hot = self.motor_guards.iter().any(MotorGuard::is_overheated);
-        if left.is_sound() && right.is_sound() && ballast.is_sound() && !(over || ballast_over || hot) {
+        if !(left || right || ballast || over || ballast_over || hot) {
             // The usual case.
             return faults;
         }
+        let readings = self.motor_readings(sensed, applied);
+        let yaw_rad_s = self.wheel_rates_per_yaw * yaw_rate_rad_s;
+        let [left, right, ballast] =
+            motor_watch::healths(&mut self.motor_watches, [left, right, ballast], &readings, yaw_rad_s);
         let [left_guard, right_guard, ballast_guard] = &self.motor_guards;
         faults.insert_if(Fault::EncoderImplausible, left.encoder || right.encoder);
         faults.insert_if(Fault::Overcurrent, over);
@@ -328,12 +332,12 @@ impl Supervisor {
         faults
     }
 
-    /// Checks one motor and updates its heat.
+    /// Updates the watch and the heat of one motor. Returns whether the watch shows anything wrong.
     // On the host the function is inlined for each motor, so the watch's inputs and outputs stay in registers. On the
     // board three copies would take 2 KiB of flash.
     #[allow(clippy::inline_always)]
     #[cfg_attr(not(target_os = "none"), inline(always))]
-    fn motor_health(&mut self, motor: Motor, sensed: &Sensed, applied: Actuation) -> MotorHealth {
+    fn update_motor(&mut self, motor: Motor, sensed: &Sensed, applied: Actuation) -> bool {
         let i = motor as usize;
         // Before the first conversion the counts are meaningless and may mean the largest possible current. In one tick
         // that current would heat the model of a motor with a small continuous current so far that arming would be
@@ -341,17 +345,34 @@ impl Supervisor {
         if sensed.analog_age_us <= self.thresholds.sensor_timeout_us {
             self.motor_guards[i].update(sensed.current_a[i]);
         }
+        let reading = self.motor_reading(i, sensed, applied);
+        self.motor_watches[i].update(&reading)
+    }
+
+    /// What the watches of the motors compare, once more.
+    // Out of line: it is needed only where something is wrong.
+    #[cold]
+    #[inline(never)]
+    fn motor_readings(&self, sensed: &Sensed, applied: Actuation) -> [MotorReading; MOTORS] {
+        core::array::from_fn(|i| self.motor_reading(i, sensed, applied))
+    }
+
+    /// What the watch of motor `i` compares.
+    // Inlined like `update_motor`, which needs no copy of it in memory.
+    #[allow(clippy::inline_always)]
+    #[inline(always)]
+    fn motor_reading(&self, i: usize, sensed: &Sensed, applied: Actuation) -> MotorReading {
         // A reading below `minimum_v` is true or false.
         let applied_shares = (sensed.battery_v < sensed.supply_v)
             .then(|| [sensed.battery_v, self.thresholds.battery.maximum_v].map(|v| v / sensed.supply_v));
-        self.motor_watches[i].update(&MotorReading {
+        MotorReading {
             count: sensed.encoder_counts[i] as i32,
             // The ballast motor's idle bridge holds 0 V, which is as good a test as any other voltage.
             applied_v: applied.enable.then(|| voltage(applied.duty[i], sensed.supply_v)),
             applied_shares,
             current_a: sensed.current_a[i],
             rate_rad_s: sensed.relative_rate_rad_s[i],
-        })
+        }
     }
 
     /// The blockers of this tick.

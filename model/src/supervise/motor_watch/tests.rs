@@ -1,6 +1,10 @@
+use super::blame::Witness;
+use super::follower::POWER_MIN_A2;
 use super::*;
 use crate::vehicle::test_vehicle::reference;
 
+mod blame;
+mod following;
 mod thresholds;
 
 /// What is wrong with the simulated motor.
@@ -24,6 +28,12 @@ struct Bench {
     current_a: f32,
     noise: u32,
     turned_rad: f32,
+}
+
+/// One tick of a watch, and the findings.
+fn health(watch: &mut MotorWatch, reading: &MotorReading, witness: Option<Witness>) -> MotorHealth {
+    let wrong = watch.update(reading);
+    watch.health(wrong, reading, witness)
 }
 
 impl Bench {
@@ -62,25 +72,30 @@ impl Bench {
             Wrong::SensorStuck => load_a,
             _ => half_a,
         } + converter_a;
-        let shown_rad_s = match wrong {
+        let encoder_rad_s = match wrong {
             Wrong::EncoderStuck => 0.0,
             Wrong::EncoderReversed => -rate_rad_s,
             _ => rate_rad_s,
-        } + 0.02 * self.noise();
-        self.turned_rad += TICK_S
-            * match wrong {
-                Wrong::EncoderStuck => 0.0,
-                Wrong::EncoderReversed => -rate_rad_s,
-                _ => rate_rad_s,
-            };
+        };
+        self.turned_rad += TICK_S * encoder_rad_s;
         let rad_per_count = 2.0 * core::f32::consts::PI / (self.motor.encoder_counts_per_rev * self.motor.gear_ratio);
-        self.watch.update(&MotorReading {
+        let reading = MotorReading {
             count: (self.turned_rad / rad_per_count) as i32,
             applied_v: Some(voltage_v),
             applied_shares: None,
             current_a: measured_a,
-            rate_rad_s: shown_rad_s,
-        })
+            rate_rad_s: encoder_rad_s + 0.02 * self.noise(),
+        };
+        // The other motor does its share of the work, but it does not work against one without torque.
+        let witness = Witness {
+            apart_rad_s: reading.rate_rad_s - rate_rad_s,
+            other_v: if wrong == Wrong::LeadOpen {
+                0.0
+            } else {
+                resistance * load_a
+            },
+        };
+        health(&mut self.watch, &reading, Some(witness))
     }
 
     /// What is found within `ticks`, and when.
@@ -160,13 +175,15 @@ fn an_open_lead_is_named_once_the_voltage_should_drive_much() {
     for (rate, wanted_a) in [(0.0, 8.0), (4.0, -12.0), (-4.0, 16.0)] {
         for ripple in [0.0, 0.1] {
             let mut bench = Bench::new(1.0, 1.0);
-            let mut last = MotorHealth::default();
-            for _ in 0..400 {
-                last = bench.tick(Wrong::LeadOpen, rate, wanted_a, ripple);
-            }
+            let found = bench.found(400, |bench| bench.tick(Wrong::LeadOpen, rate, wanted_a, ripple));
+            let (ticks, health) = found.expect("found");
+            let expected = MotorHealth {
+                open: true,
+                ..MotorHealth::default()
+            };
             assert!(
-                last.open && (!last.encoder || ripple == 0.0),
-                "{rate} {wanted_a} {ripple}: {last:?}"
+                ticks <= 110 && health == expected,
+                "{rate} {wanted_a} {ripple}: {ticks}, {health:?}"
             );
         }
     }
@@ -176,18 +193,19 @@ fn an_open_lead_is_named_once_the_voltage_should_drive_much() {
 fn a_current_at_an_open_bridge_is_an_offset_beyond_half_an_ampere() {
     for (offset_a, expected) in [(0.4, false), (0.6, true), (-0.6, true), (5.0, true), (-0.4, false)] {
         let mut bench = Bench::new(1.0, 1.0);
-        let mut health = MotorHealth::default();
+        let mut found = MotorHealth::default();
         for _ in 0..200 {
             let current_a = offset_a + 0.004 * bench.noise();
-            health = bench.watch.update(&MotorReading {
+            let reading = MotorReading {
                 count: 0,
                 applied_v: None,
                 applied_shares: None,
                 current_a,
                 rate_rad_s: 0.0,
-            });
+            };
+            found = health(&mut bench.watch, &reading, None);
         }
-        assert_eq!(health.current_offset, expected, "{offset_a}");
+        assert_eq!(found.current_offset, expected, "{offset_a}");
         // While the bridge drives, the finding stays.
         assert_eq!(bench.tick(Wrong::Nothing, 0.0, 0.0, 0.0).current_offset, expected);
     }
@@ -212,27 +230,69 @@ fn the_measured_changes_are_those_that_the_voltage_makes() {
     assert!(measured_power > power, "{measured_power} of {power} A^2");
 }
 
+/// The ticks until an encoder is dead, of at most 1000: one of its two lines is dead, so the count goes to and fro.
+fn dead_after(turned_rad: impl Fn(u32) -> f32) -> Option<u32> {
+    let mut silence = Silence::default();
+    (1..=1000_u32).find(|tick| silence.update((tick % 2).cast_signed()) && silence.turn(turned_rad(*tick)))
+}
+
 /// A thousand edges are missing once the motor has surely turned by 0.1 rad, in 250 ticks at least.
 #[test]
 fn an_encoder_is_silent_once_the_motor_has_surely_turned() {
-    for (turned_rad, answer, after_ticks) in [
-        (0.001, CurrentResponse::Follows, Some(250)),
-        (0.0002, CurrentResponse::Follows, Some(501)),
-        (0.0, CurrentResponse::Follows, None),
-        (-0.001, CurrentResponse::Follows, None),
-        (0.001, CurrentResponse::Unknown, None),
-        (0.001, CurrentResponse::Dead, None),
-    ] {
-        let mut silence = Silence::default();
-        // One of the two lines is dead: the count goes to and fro.
-        let found = (1..=1000).find(|tick| silence.update(tick % 2, turned_rad, answer));
-        let near = |ticks: i32| found.is_some_and(|found| (found - ticks).abs() <= 2);
+    for (turned_rad, after_ticks) in [(0.001, 250), (0.0005, 250), (0.0002, 502), (-0.0002, 502)] {
+        let found = dead_after(|_| turned_rad);
         assert!(
-            after_ticks.map_or(found.is_none(), near),
-            "{turned_rad} {answer:?}: {found:?}"
+            found.is_some_and(|found| found.abs_diff(after_ticks) <= 2),
+            "{turned_rad}: {found:?}"
         );
     }
+    // A loop that is closed through a dead encoder swings: 0.1 rad each way.
+    let swings = |tick: u32| 0.001 * libm::sinf(tick as f32 * 0.02);
+    assert_eq!(dead_after(swings), Some(250));
+    // Noise and vibration turn nothing: 5 ms and 50 ms each way, at 4 rad/s and 0.4 rad/s.
+    assert_eq!(dead_after(|tick| if tick / 5 % 2 == 0 { 0.004 } else { -0.004 }), None);
+    assert_eq!(
+        dead_after(|tick| if tick / 50 % 2 == 0 { 0.0004 } else { -0.0004 }),
+        None
+    );
+    // The rest of a voltage whose halves are not sampled alike: a step takes 200 ticks at most.
+    assert!(dead_after(|_| 0.000_126).is_some_and(|ticks| (795..=800).contains(&ticks)));
+    assert_eq!(dead_after(|_| 0.000_124), None);
     // An encoder that moves on is not silent.
     let mut silence = Silence::default();
-    assert!(!(1..=1000).any(|tick| silence.update(tick, 0.001, CurrentResponse::Follows)));
+    assert!(!(1..=1000).any(|tick| silence.update(tick * 5) && silence.turn(0.001)));
+}
+
+/// Five counts away the encoder has moved on, four it has not: one of its two lines may be dead.
+#[test]
+fn an_encoder_moves_on_by_more_than_four_counts() {
+    for place in [0, 70_000, -70_000, i32::MAX] {
+        for (counts, silent) in [(4, true), (-4, true), (5, false), (-5, false)] {
+            let mut silence = Silence::default();
+            let found = (1..=1000).any(|tick| {
+                let count = place.wrapping_add(tick % 2 * counts);
+                silence.update(count) && silence.turn(0.001)
+            });
+            assert_eq!(found, silent, "{counts} at {place}");
+        }
+    }
+}
+
+/// Voltage and current show the rate only while the current responds.
+#[test]
+fn a_current_that_does_not_respond_turns_nothing() {
+    for ripple_v in [0.0, 0.1] {
+        let mut watch = MotorWatch::new(&reference().parameters().drive_motor, 1000);
+        for tick in 0..1000 {
+            // 0.4 V are within what may be unexplained; 0.3 V of them have surely turned the motor.
+            let reading = MotorReading {
+                count: 0,
+                applied_v: Some(0.4 + if tick & 2 == 0 { ripple_v } else { -ripple_v }),
+                applied_shares: None,
+                current_a: 0.0,
+                rate_rad_s: 0.0,
+            };
+            assert!(!watch.signs(&reading).contradict, "{ripple_v}");
+        }
+    }
 }

@@ -6,6 +6,7 @@ use crate::vehicle::test_vehicle::reference;
 
 mod blocking;
 mod heat;
+mod motors;
 
 /// A supervisor with what a healthy vehicle at rest would show it.
 struct Bench {
@@ -245,36 +246,6 @@ fn a_controlled_stop_has_its_time_and_no_more() {
     let ticks = (1..=5000).find(|_| bench.tick().mode == Mode::Disarmed);
     assert!(ticks.is_some_and(|ticks| (3999..=4001).contains(&ticks)), "{ticks:?}");
     assert!(bench.supervisor.latched().contains(Fault::StopTimeout));
-}
-
-#[test]
-fn an_encoder_that_denies_its_motors_voltage_is_implausible() {
-    let mut bench = Bench::new();
-    // 12 V at rest with 6 A cannot be, and without a current only if a lead is open.
-    bench.applied = Actuation {
-        enable: true,
-        duty: [16384, 0, 0],
-    };
-    bench.sensed.current_a[0] = 6.0;
-    assert_eq!(bench.ticks_until(Fault::EncoderImplausible, 400), Some(250));
-    for (motor, fault, class) in [
-        (0, Fault::LeftMotorOpen, FaultSet::OPENING),
-        (1, Fault::RightMotorOpen, FaultSet::OPENING),
-        (2, Fault::BallastMotorOpen, FaultSet::SPAR),
-    ] {
-        let mut bench = Bench::new();
-        bench.applied.enable = true;
-        bench.applied.duty[motor] = 16384;
-        assert_eq!(bench.ticks_until(fault, 400), Some(100));
-        let mut only = FaultSet::EMPTY;
-        only.insert(fault);
-        assert_eq!(bench.tick().faults, only);
-        assert!(class.has_any(only));
-    }
-    // An open bridge says nothing of its encoder.
-    let mut bench = Bench::new();
-    bench.applied.duty = [16384, 0, 0];
-    assert_eq!(bench.ticks_until(Fault::EncoderImplausible, 200), None);
 }
 
 #[test]
