@@ -127,7 +127,7 @@ fn what_is_wrong_is_told_by_its_step() {
         }),
         ("armed", false, |bench, _| exchange_leads(bench, Motor::Ballast)),
         ("armed", false, |bench, _| exchange_leads(bench, Motor::Left)),
-        ("armed", false, |bench, _| {
+        ("levelling", false, |bench, _| {
             bench
                 .board
                 .world(|world| world.plant.set_leads(Motor::Ballast as usize, Leads::Open));

@@ -137,16 +137,6 @@ fn what_is_cut_missing_or_no_record_is_told() {
         "{json}"
     );
 
-    // A file of this kind has no end that a cut could take; an MCAP file has one.
-    assert_eq!(json["ends"], true, "{json}");
-    let whole = recorded("kerb-cut.mcap");
-    assert_eq!(replay(&whole, &[]).1["ends"], true);
-    let bytes_of_mcap = std::fs::read(&whole).expect("reads");
-    let cut = path("cut.mcap");
-    std::fs::write(&cut, &bytes_of_mcap[..bytes_of_mcap.len() / 3]).expect("writes");
-    let (code, json, error) = replay(&cut, &[]);
-    assert_eq!((code, &json["ends"]), (Some(0), &false.into()), "{error}");
-
     // Bytes lost in the middle: the ticks before them replay, and the rest is named.
     let hole = path("hole.records");
     let (start, end) = (bytes.len() / 3, bytes.len() / 2);

@@ -91,6 +91,10 @@ fn a_cut_mcap_file_is_read_as_far_as_it_goes() {
     let (records, bytes) = file(RecordFormat::Mcap);
     let whole = contents(&bytes).expect("MCAP");
     assert_eq!(all(&RecordFile::parse(&whole.frames)), records);
+    // The reader tells whether the file has its end.
+    assert!(parse(&bytes).expect("records").ends);
+    assert!(!parse(&bytes[..bytes.len() / 2]).expect("records").ends);
+    assert!(!parse(&bytes[..bytes.len() - 1]).expect("records").ends);
     assert_eq!(
         whole.vehicles.iter().map(|told| &told.what).collect::<Vec<_>>(),
         [&vehicle_file::to_toml(vehicle().parameters())],

@@ -85,7 +85,7 @@ const MOTION_SHARE: f32 = 0.2;
 /// until it is learnt.
 const SLIDES_RAD_S: f32 = 0.1;
 const RADIUS_SHARE: f32 = 0.03;
-const TURN_SHARE: f32 = 0.22;
+const TRACK_SHARE: f32 = 0.22;
 /// Ticks for which the sensors must differ, or agree, before the watch accepts the result: longer than the blow of a kerb
 /// or a joint.
 const SLIDES_TICKS: u16 = 150;
@@ -172,7 +172,7 @@ impl Traction {
         let turn_rad_s = wheels_yaw_rad_s.abs().min(evidence.yaw_rate_rad_s.abs());
         let yaw_max = SLIDES_RAD_S
             + RADIUS_SHARE * evidence.wheels_m_s.abs() / (2.0 * self.half_track_m)
-            + TURN_SHARE * turn_rad_s;
+            + TRACK_SHARE * turn_rad_s;
         let sideways = self.sideways.value().abs();
         let sideways_max = SLIDES_SIDEWAYS_M_S2 + TURN_ACROSS_SHARE * turn_m_s2;
         let apart = along > SLIDES_M_S2 || yaw > yaw_max;
