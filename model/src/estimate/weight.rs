@@ -74,11 +74,16 @@ impl Weight {
             return;
         };
         let [x, z] = &mut self.force_m_s2;
+        if self.steady.update(is_weight(force_m_s2)) {
+            // Nearly always: where every sample is the weight, so is their mean, and has been for long enough.
+            x.reset(force_m_s2[0]);
+            z.reset(force_m_s2[1]);
+            self.without = self.without.saturating_sub(1);
+            return;
+        }
         x.update(force_m_s2[0]);
         z.update(force_m_s2[1]);
-        // Where every sample is the weight, so is their mean.
-        let steady = self.steady.update(is_weight(force_m_s2));
-        let carried = self.carried.update(steady || is_weight([x.value(), z.value()]));
+        let carried = self.carried.update(is_weight([x.value(), z.value()]));
         self.without = if carried {
             self.without.saturating_sub(1)
         } else {
