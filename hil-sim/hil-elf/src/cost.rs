@@ -91,7 +91,7 @@ mod tests {
     /// A child that works is seen.
     #[cfg(target_os = "linux")]
     #[test]
-    fn a_childs_work_counts() {
+    fn the_work_of_a_child_counts() {
         let before = children_time().expect("a /proc");
         let mut child = std::process::Command::new("sh");
         let done = child

@@ -36,6 +36,9 @@ pub struct SparShown {
     pub axle_g: f32,
     /// The arm IMU's horizontal acceleration less the wheels', over g.
     pub unexplained: f32,
+    /// Whether the arm's accelerometer has felt about the weight for some time: for a moment after a blow the spar swings by the
+    /// blow, and the filters of spar, ballast and wheels lag behind each other.
+    pub weighs: bool,
 }
 
 /// The watch for a spar IMU that faces backward.
@@ -105,14 +108,14 @@ impl SparFacing {
         self.steady_drive.update(drive);
         let linear = shown.spar_rad.abs() < SPAR_MAX_RAD && shown.ballast_rad.abs() < BALLAST_MAX_RAD;
         let doubt = self.weight_per_s2 * shown.unexplained.abs();
-        if linear && doubt < DOUBT_RAD_S2 + DOUBT_SHARE * drive.abs() {
+        if shown.weighs && linear && doubt < DOUBT_RAD_S2 + DOUBT_SHARE * drive.abs() {
             let (answer, drive) = (answer - self.steady_answer.value(), drive - self.steady_drive.value());
             let mean = |mean: &mut f32, error: f32| *mean += MEAN_GAIN * (error * error - *mean);
             mean(&mut self.forward, answer - drive);
             mean(&mut self.backward, answer + drive);
         }
-        self.mirrored
-            .update(self.forward > LEFT_OVER_MIN && self.backward < SPAR_MIRRORED_SHARE * self.forward)
+        let is_mirrored = self.forward > LEFT_OVER_MIN && self.backward < SPAR_MIRRORED_SHARE * self.forward;
+        self.mirrored.update(shown.weighs && is_mirrored)
     }
 
     /// Restarts the watch, when nothing drives the ballast or the IMU is not believed.
@@ -143,6 +146,7 @@ mod tests {
         axle_g: f64,
         shown_g: f32,
         unexplained: f32,
+        weighs: bool,
         /// A push on the spar, rad/s^2.
         push_rad_s2: f64,
     }
@@ -159,6 +163,7 @@ mod tests {
                 axle_g: 0.0,
                 shown_g: 0.0,
                 unexplained: 0.0,
+                weighs: true,
                 push_rad_s2: 0.0,
             }
         }
@@ -195,6 +200,7 @@ mod tests {
                 ballast_rate_rad_s: self.ballast_rate.value(),
                 axle_g: self.shown_g,
                 unexplained: self.unexplained,
+                weighs: self.weighs,
             })
         }
     }
@@ -252,6 +258,19 @@ mod tests {
             bench.unexplained = unexplained;
             let found = (0..200_u16).find(|_| bench.interval(swings(0.3, 8.0), -1.0));
             assert_eq!(found.is_some(), expected, "{unexplained}");
+        }
+    }
+
+    /// A blow ends the evidence, also that of the moment before it: what was nearly told is not told by it.
+    #[test]
+    fn a_blow_tells_nothing() {
+        let mut bench = Bench::new();
+        let told = (0..200_u16).find(|_| bench.interval(swings(0.3, 8.0), -1.0));
+        for before in [told.expect("a mirrored IMU") - 1, 0] {
+            let mut bench = Bench::new();
+            assert!((0..before).all(|_| !bench.interval(swings(0.3, 8.0), -1.0)));
+            bench.weighs = false;
+            assert!((0..200_u16).all(|_| !bench.interval(swings(0.3, 8.0), -1.0)));
         }
     }
 

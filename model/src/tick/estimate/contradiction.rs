@@ -137,6 +137,7 @@ impl Estimator {
                     ballast_rate_rad_s,
                     axle_g: motion.wheels_m_s2 * self.slope.cos() / G,
                     unexplained: self.arm.unexplained(),
+                    weighs: self.weight.is_steady(),
                 }),
                 3 => spar_exchanged.update(&BodyRates {
                     relative_rad_s: ballast_rate_rad_s,
