@@ -11,7 +11,6 @@ use hil_sim::cli::bring_up::steps::STEPS;
 use hil_sim::cli::bring_up::verdict::StepVerdict;
 use hil_sim::cli::bring_up::{carry_out, judge, write};
 use hil_sim::cli::link::console::Console;
-use hil_sim::cli::link::session::Link;
 use report::error::CommandError;
 
 #[path = "support/hands.rs"]
@@ -22,7 +21,7 @@ mod support;
 #[path = "support/wires.rs"]
 mod wires;
 use hands::{Otherwise, at_a_bench};
-use procedure::{bring_up, last_is_disarm, verdict};
+use procedure::{bring_up, last_is_disarm, opened_once, verdict};
 use wires::{BoardWire, messages, ready};
 
 /// On a board that is not simulated, a step that was left out counts as *not shown* and blocks arming. The test cuts
@@ -165,13 +164,7 @@ fn a_person_who_leaves_ends_it_with_a_disarm() {
     for (expected, person) in persons {
         let wire = BoardWire::new(ready(32));
         let sent = wire.sent.clone();
-        let (mut wire, interrupts) = (Some(wire), interrupts.clone());
-        let mut reopen = || {
-            let wire = wire
-                .take()
-                .ok_or_else(|| CommandError::Other("the wire is gone".into()))?;
-            Ok(Link::new(wire, 4711, interrupts.clone()))
-        };
+        let mut reopen = opened_once(wire, 4711, interrupts.clone());
         let extent = BringUpExtent {
             simulated: true,
             at_a_bench: false,

@@ -10,11 +10,14 @@ use hil_sim::cli::bring_up::carry_out;
 use hil_sim::cli::bring_up::procedure::BringUpExtent;
 use hil_sim::cli::bring_up::verdict::{BringUpReport, StepVerdict};
 use hil_sim::cli::link::console::Console;
-use hil_sim::cli::link::session::Link;
 use model::command::Request;
 use model::supervise::arming::Mode;
 use report::error::CommandError;
 use virtual_board::board::hardware::{SecondContact, World};
+
+#[path = "opened_once.rs"]
+mod once;
+pub use once::opened_once;
 
 use crate::hands::{self, LOOK_US, Otherwise, Script, Shared};
 use crate::support::Bench;
@@ -78,13 +81,7 @@ pub fn bring_up_on(
     let sent = wire.sent.clone();
     let seen = shared.clone();
     wire.world = Box::new(move |bench, _| act(bench, &mut seen.borrow_mut()));
-    let mut wire = Some(wire);
-    let mut reopen = || {
-        let wire = wire
-            .take()
-            .ok_or_else(|| CommandError::Other("the wire is gone".into()))?;
-        Ok(Link::new(wire, 4711, Arc::default()))
-    };
+    let mut reopen = opened_once(wire, 4711, Arc::default());
     let mut console = Console(Vec::new());
     let extent = BringUpExtent {
         simulated,

@@ -9,12 +9,14 @@ use report::error::CommandError;
 /// Largest file that is read, bytes. An hour's drive has about 100 MB, as MCAP 600 MB.
 const FILE_MAX_BYTES: u64 = 1 << 30;
 
+/// What a user can do with an MCAP file that was cut off before its end.
+pub const REPAIR_MCAP: &str =
+    "`hil-sim replay FILE --repair NEW.mcap`, where there is room, writes it anew with the index that it lacks";
+
 /// What a user can do with the record at `path` if it was cut off before its end.
 pub fn if_cut(path: &Path) -> &'static str {
     match RecordFormat::of(path) {
-        RecordFormat::Mcap => {
-            "`hil-sim replay FILE --repair NEW.mcap`, where there is room, writes it anew with the index that it lacks"
-        }
+        RecordFormat::Mcap => REPAIR_MCAP,
         RecordFormat::Frames => "",
     }
 }

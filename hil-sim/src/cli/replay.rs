@@ -18,7 +18,7 @@ use report::visible::visible_line;
 use serde::Serialize;
 
 use super::drive::{load_vehicle, vehicle_f32};
-use super::record_files;
+use super::record_files::{self, REPAIR_MCAP};
 
 mod tick_table;
 
@@ -349,10 +349,9 @@ fn table(result: &ReplayJson) -> String {
         _ => lines.push(lost),
     }
     if !result.ends {
-        lines.push(
-            "the file breaks off: what the vehicle did last may be missing (`--repair NEW.mcap` writes it anew)"
-                .to_owned(),
-        );
+        lines.push(format!(
+            "the file breaks off: what the vehicle did last may be missing; {REPAIR_MCAP}"
+        ));
     }
     lines.push(match &result.difference {
         None => "every actuation is the recorded one, bit for bit".to_owned(),

@@ -7,8 +7,11 @@ use hil_sim::cli::bring_up::person::Person;
 use hil_sim::cli::bring_up::procedure::BringUpExtent;
 use hil_sim::cli::bring_up::verdict::StepVerdict;
 use hil_sim::cli::link::console::Console;
-use hil_sim::cli::link::session::Link;
 use report::error::CommandError;
+
+#[path = "../../../../tests/support/opened_once.rs"]
+mod once;
+use once::opened_once;
 
 use crate::support::ready;
 use crate::wire::EmulatedWire;
@@ -44,13 +47,7 @@ impl Person for AtTheStop {
 fn the_bring_up_procedure_runs_on_the_board() {
     let wire = EmulatedWire::new(ready().emulation);
     let person = AtTheStop(wire.clone());
-    let mut wire = Some(wire);
-    let mut reopen = || {
-        let wire = wire
-            .take()
-            .ok_or_else(|| CommandError::Other("the wire is gone".into()))?;
-        Ok(Link::new(wire, 77, Arc::default()))
-    };
+    let mut reopen = opened_once(wire, 77, Arc::default());
     let extent = BringUpExtent {
         simulated: true,
         at_a_bench: false,

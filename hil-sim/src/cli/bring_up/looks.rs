@@ -9,7 +9,7 @@ use model::supervise::arming::Mode;
 use report::error::CommandError;
 
 use super::person::Person;
-use super::powered::LOOK_S;
+use super::powered::{LOOK_S, STEADY_THE_ARM};
 use super::procedure::{Procedure, StepEnd};
 use super::step::{ArmedLook, LookEnd};
 use super::verdict::{Finding, StepVerdict};
@@ -65,7 +65,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
         let found = self.look(look.question)?;
         if look.speed_m_s != 0.0 {
             // The arm of a vehicle that has driven with its wheels in the air swings for longer than the tool waits.
-            self.ask_to("Stop the wheels, let go of them, and steady the arm until it hangs still")?;
+            self.ask_to(STEADY_THE_ARM)?;
         }
         if found.verdict != StepVerdict::Passed || look.ends == LookEnd::Time {
             return Ok(found);

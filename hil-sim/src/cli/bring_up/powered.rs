@@ -28,6 +28,8 @@ const MEAN_STATUSES: usize = STATUS_RATE_HZ as usize / 5;
 /// Time for which the vehicle is armed, s: for the tool, and for a person with an oscilloscope.
 const ARMED_S: f64 = 10.0;
 pub(super) const LOOK_S: f64 = 20.0;
+/// What the tool asks a person for when the arm of a vehicle with its wheels in the air swings for longer than the tool waits.
+pub(super) const STEADY_THE_ARM: &str = "Stop the wheels, let go of them, and steady the arm until it hangs still";
 /// Commanded speed, m/s: the governor reaches this speed within the time, and the arm hangs far from its largest angle.
 const FORWARD_M_S: f32 = 0.5;
 const FORWARD_S: f64 = 3.0;
@@ -66,7 +68,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
         match self.blocked_for(SWINGS_US)? {
             None => Ok(()),
             Some(blockers) if blockers.contains(Blocker::NotAtRest) => {
-                self.ask_to("Stop the wheels, let go of them, and steady the arm until it hangs still")?;
+                self.ask_to(STEADY_THE_ARM)?;
                 self.ready()
             }
             Some(_) => self.ready(),

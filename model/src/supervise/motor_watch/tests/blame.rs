@@ -3,25 +3,6 @@
 use super::*;
 use crate::sample::MOTORS;
 
-const RESISTANCE_OHM: f32 = 0.316;
-/// Back-EMF per rad/s at the output.
-const EMF_V_S: f32 = 43.0 * 0.030124;
-
-fn watch() -> MotorWatch {
-    MotorWatch::new(&reference().parameters().drive_motor, 1000)
-}
-
-/// Under a steady voltage, which does not show how the current follows.
-fn steady(applied_v: f32, current_a: f32, rate_rad_s: f32) -> MotorReading {
-    MotorReading {
-        count: 0,
-        applied_v: Some(applied_v),
-        applied_shares: None,
-        current_a,
-        rate_rad_s,
-    }
-}
-
 /// A witness of a rate that is off by `apart_v` of back-EMF, beside a motor that does the same work.
 fn witness(apart_v: f32, reading: &MotorReading) -> Witness {
     Witness {
