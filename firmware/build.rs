@@ -18,10 +18,9 @@ mod h743zi_memory;
 #[path = "src/image_seal.rs"]
 #[allow(dead_code)]
 mod image_seal;
-#[path = "src/drive_board/nucleo_f767zi/analog.rs"]
-mod nucleo_f767zi;
-#[path = "src/drive_board/nucleo_h743zi/analog.rs"]
-mod nucleo_h743zi;
+#[path = "src/drive_board/nucleo_144.rs"]
+#[allow(dead_code)]
+mod nucleo_144;
 
 use image_seal::{FLASH_START, SEAL_AT, SEAL_BYTES, image_room};
 
@@ -46,7 +45,7 @@ const LOADER: &str = "boot-loader";
 fn board() -> BuiltBoard {
     if env::var_os("CARGO_FEATURE_NUCLEO_F767ZI").is_some() {
         BuiltBoard {
-            ranges: nucleo_f767zi::RANGES,
+            ranges: nucleo_144::RANGES,
             program: "drive-board-f767",
             ram: [f767zi_memory::RAM_START, f767zi_memory::RAM_BYTES],
             sectors: [
@@ -57,7 +56,7 @@ fn board() -> BuiltBoard {
         }
     } else {
         BuiltBoard {
-            ranges: nucleo_h743zi::RANGES,
+            ranges: nucleo_144::RANGES,
             program: "drive-board",
             ram: [h743zi_memory::RAM_START, h743zi_memory::RAM_BYTES],
             sectors: [

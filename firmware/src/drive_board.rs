@@ -4,6 +4,7 @@
 //! Each board has its facts in its own folder; a feature chooses the board for which the firmware is built. The host's
 //! tools and tests use the first board.
 
+use model::analog::ANALOG_INPUTS;
 use model::board::BoardScales;
 
 use crate::image::ImageHome;
@@ -11,13 +12,14 @@ use crate::image_seal::FLASH_START;
 use crate::imu::driver;
 
 pub mod encoders;
+pub mod nucleo_144;
 pub mod nucleo_f767zi;
 pub mod nucleo_h743zi;
 
 #[cfg(feature = "nucleo-f767zi")]
-pub use nucleo_f767zi::{DUTY_MAX_PERCENT, FLASH_WORD_BYTES, SECTORS_PER_BANK, WATCHDOG_US, analog, memory};
+pub use nucleo_f767zi::{DUTY_MAX_PERCENT, FLASH_WORD_BYTES, SECTORS_PER_BANK, WATCHDOG_US, analog, inputs, memory};
 #[cfg(feature = "nucleo-h743zi")]
-pub use nucleo_h743zi::{DUTY_MAX_PERCENT, FLASH_WORD_BYTES, SECTORS_PER_BANK, WATCHDOG_US, analog, memory};
+pub use nucleo_h743zi::{DUTY_MAX_PERCENT, FLASH_WORD_BYTES, SECTORS_PER_BANK, WATCHDOG_US, analog, inputs, memory};
 
 #[cfg(all(feature = "nucleo-h743zi", feature = "nucleo-f767zi"))]
 compile_error!("a firmware is built for one board: leave the default features out");
@@ -50,9 +52,21 @@ const _: () = {
     assert!(KEPT_SECTOR + IMAGE_SECTORS + HISTORY_SECTORS + PARAMETER_SECTORS <= 2 * SECTORS_PER_BANK);
 };
 
+/// The converter's channels of the analogue inputs, in order.
+pub const ANALOG_CHANNELS: [u8; ANALOG_INPUTS] = {
+    let pins = inputs::INPUTS.pins();
+    let mut channels = [0; ANALOG_INPUTS];
+    let mut n = 0;
+    while n < ANALOG_INPUTS {
+        channels[n] = analog::channel(pins[n]);
+        n += 1;
+    }
+    channels
+};
+
 /// The scales of the board's raw counts.
 pub const SCALES: BoardScales = BoardScales {
-    analog: analog::INPUTS.scales(),
+    analog: inputs::INPUTS.scales(),
     duty_max: DUTY_MAX_PERCENT as f32 / 100.0,
     imu: driver::SCALES,
 };

@@ -21,11 +21,11 @@ impl AnalogScale {
     }
 }
 
-/// How a board wires an input.
+/// How a board wires an input, on boards whose converter has the pins `P`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AnalogInput {
-    /// Channel of the board's converter.
-    pub channel: u8,
+pub struct AnalogInput<P> {
+    /// Pin of the converter.
+    pub pin: P,
     /// Conversion of its raw counts.
     pub scale: AnalogScale,
 }
@@ -36,7 +36,7 @@ macro_rules! analog_inputs {
         /// Number of analogue inputs.
         pub const ANALOG_INPUTS: usize = [$(stringify!($name)),+].len();
 
-        /// One value of type `T` per analogue input: raw counts, values in SI units, scales or channels.
+        /// One value of type `T` per analogue input: raw counts, values in SI units, or scales.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
         #[repr(C)]
         pub struct Analog<T> {
@@ -84,15 +84,15 @@ macro_rules! analog_inputs {
             }
         }
 
-        impl Analog<AnalogInput> {
+        impl<P: Copy> Analog<AnalogInput<P>> {
             /// The inputs' scales.
             pub const fn scales(&self) -> Analog<AnalogScale> {
                 Analog { $($name: self.$name.scale),+ }
             }
 
-            /// The inputs' channels, in order.
-            pub const fn channels(&self) -> [u8; ANALOG_INPUTS] {
-                [$(self.$name.channel),+]
+            /// The inputs' pins, in order.
+            pub const fn pins(&self) -> [P; ANALOG_INPUTS] {
+                [$(self.$name.pin),+]
             }
         }
     };

@@ -66,3 +66,27 @@ fn disarmed<M: RawMutex>(topics: &Topics<M>) -> bool {
         .latest()
         .is_none_or(|status| status.value.mode == Mode::Disarmed)
 }
+
+#[cfg(test)]
+mod tests {
+    use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+    use embassy_time::Instant;
+    use model::status::Status;
+
+    use super::*;
+
+    /// Erasing the flash takes a second of the bus that the code runs from: never while a motor may turn.
+    #[test]
+    fn the_flash_is_written_only_while_disarmed() {
+        let topics = std::boxed::Box::new(Topics::<NoopRawMutex>::new());
+        assert!(disarmed(&topics), "before the first tick every bridge is open");
+        for (mode, allowed) in [(Mode::Disarmed, true), (Mode::Armed, false), (Mode::Stopping, false)] {
+            let status = Status {
+                mode,
+                ..Status::default()
+            };
+            topics.status.publish(Instant::from_micros(1), status);
+            assert_eq!(disarmed(&topics), allowed, "{mode:?}");
+        }
+    }
+}

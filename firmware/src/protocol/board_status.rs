@@ -75,3 +75,20 @@ impl TickCycles {
         self.worst > 0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_board_that_has_counted_a_tick_counts_cycles() {
+        assert!(!TickCycles::default().are_counted());
+        assert!(
+            TickCycles {
+                worst: 1,
+                ..TickCycles::default()
+            }
+            .are_counted()
+        );
+    }
+}

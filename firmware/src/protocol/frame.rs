@@ -222,6 +222,16 @@ mod tests {
         assert_eq!(feed(&mut decoder, &frame), [Received::Message(IDENTIFY)]);
     }
 
+    /// The largest message fits whatever its bytes are. One byte more is refused, also where zeros would leave room for it.
+    #[test]
+    fn the_largest_message_fits_whatever_its_bytes_are() {
+        const LARGEST: usize = 506;
+        for byte in [0, 7] {
+            assert!(frame(&[byte; LARGEST]).is_ok(), "{byte}");
+            assert_eq!(frame(&[byte; LARGEST + 1]), Err(TooLong), "{byte}");
+        }
+    }
+
     #[test]
     fn a_resync_drops_only_the_frame_that_was_cut() {
         let frame = encode(&IDENTIFY).expect("fits");

@@ -155,6 +155,14 @@ mod tests {
     }
 
     #[test]
+    fn a_zero_after_a_full_run_comes_back() {
+        for run in [253, 254, 255, 507, 508, 509] {
+            let message = [std::vec![7; run], std::vec![0, 7]].concat();
+            assert_eq!(unstuff(&mut stuffed(&message)), Some(&mut message.clone()[..]), "{run}");
+        }
+    }
+
+    #[test]
     fn a_message_without_room_and_a_zero_among_the_distances_are_refused() {
         assert_eq!(stuff(&mut [0, 7, 7], 3), None);
         assert_eq!(stuff(&mut [7; 256], 255), None);

@@ -1,38 +1,25 @@
-//! The drive board's analogue inputs. The build script reads this file too: a vehicle whose limits the inputs cannot
-//! measure does not become firmware.
+//! The channels of the STM32H743's converter.
 
-use model::analog::{Analog, AnalogInput, AnalogScale};
-use model::board::SensorRanges;
+use super::super::nucleo_144::ConverterPin;
 
-/// A 16-bit conversion of an amplifier with +-60 A around mid-scale.
-const CURRENT: AnalogScale = AnalogScale {
-    per_count: 120.0 / 65536.0,
-    zero_count: 32768,
-};
-
-/// Channels of ADC1 and their scales.
-pub const INPUTS: Analog<AnalogInput> = Analog {
-    battery_voltage: AnalogInput {
-        channel: 15,
-        // A 16-bit conversion of 0 to 3.3 V behind a divider of 1:20.
-        scale: AnalogScale {
-            per_count: 66.0 / 65536.0,
-            zero_count: 0,
-        },
-    },
-    left_current: AnalogInput {
-        channel: 10,
-        scale: CURRENT,
-    },
-    right_current: AnalogInput {
-        channel: 5,
-        scale: CURRENT,
-    },
-    ballast_current: AnalogInput {
-        channel: 18,
-        scale: CURRENT,
-    },
-};
-
-/// The inputs' measuring ranges.
-pub const RANGES: SensorRanges = SensorRanges::of(&INPUTS.scales());
+/// The channel of ADC1 that converts `pin` (DS12110, pin definitions).
+pub const fn channel(pin: ConverterPin) -> u8 {
+    match pin {
+        ConverterPin::PA0 => 16,
+        ConverterPin::PA1 => 17,
+        ConverterPin::PA2 => 14,
+        ConverterPin::PA3 => 15,
+        ConverterPin::PA4 => 18,
+        ConverterPin::PA5 => 19,
+        ConverterPin::PA6 => 3,
+        ConverterPin::PA7 => 7,
+        ConverterPin::PB0 => 9,
+        ConverterPin::PB1 => 5,
+        ConverterPin::PC0 => 10,
+        ConverterPin::PC1 => 11,
+        ConverterPin::PC2 => 12,
+        ConverterPin::PC3 => 13,
+        ConverterPin::PC4 => 4,
+        ConverterPin::PC5 => 8,
+    }
+}

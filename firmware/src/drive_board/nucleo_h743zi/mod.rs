@@ -3,6 +3,8 @@
 pub mod analog;
 pub mod memory;
 
+pub use super::nucleo_144 as inputs;
+
 /// Largest duty of a bridge either way, in percent of the supply: the rest of each period brakes, so that the switching half
 /// of the bridge visits the low side and charges the capacitor of a bootstrapped high side.
 pub const DUTY_MAX_PERCENT: u32 = 94;

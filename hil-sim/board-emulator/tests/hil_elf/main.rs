@@ -22,3 +22,4 @@ mod start_up;
 mod support;
 mod update;
 mod wire;
+mod without_spar;

@@ -101,7 +101,7 @@ pub(super) const UNPOWERED: &[BringUpStep] = &[
             "Feed 2 to 5 A from a bench supply through each motor's current sensor (the ballast motor's too, if there is a \
              spar), in place of the motor, one at a time, in the direction that drives forward.",
             "that motor's current, equal to the supply's meter within 10 %",
-            "the sensor's gain and sign in `firmware/src/drive_board/nucleo_h743zi/analog.rs`; left and right exchanged",
+            "the sensor's gain and sign in `firmware/src/drive_board/nucleo_144.rs`; left and right exchanged",
         ],
     ),
     off(

@@ -49,7 +49,7 @@ use embassy_stm32::timer::qei::Qei;
 use embassy_stm32::timer::simple_pwm::PwmPin;
 use embassy_stm32::usart::Uart;
 use embassy_stm32::{bind_interrupts, dma, pac, peripherals, usart};
-use firmware::drive_board::analog::INPUTS;
+use firmware::drive_board::ANALOG_CHANNELS;
 use firmware::hardware::ClockSource;
 
 pub use analog::{LeftAlignedSequence as AnalogSequence, SAMPLES_AFTER_TRIGGER_NS};
@@ -149,7 +149,7 @@ impl Board {
             ),
             Output::new(p.PE4, Level::High, Speed::VeryHigh),
         );
-        let analog = AnalogSequence::new(p.ADC1, p.DMA2_CH4, Interrupts, INPUTS.channels());
+        let analog = AnalogSequence::new(p.ADC1, p.DMA2_CH4, Interrupts, ANALOG_CHANNELS);
         let uart = Uart::new(
             p.USART3,
             p.PD9,
