@@ -15,7 +15,9 @@ use hil_sim::cli::link::console::Console;
 use hil_sim::cli::link::session::Link;
 use hil_sim::cli::link::wire::{Port, Wire};
 use hil_sim::cli::link::{self, Arguments};
+use plant::settings::PlantSettings;
 use serialport::{SerialPort, TTYPort};
+use virtual_board::board::flash::VirtualFlash;
 
 mod support;
 #[path = "support/wires.rs"]
@@ -186,6 +188,22 @@ fn the_state_is_shown() {
 }
 
 #[test]
+fn the_state_of_a_vehicle_without_a_spar_shows_none() {
+    let mut parameters = *support::reference().parameters();
+    parameters.spar = None;
+    let vehicle = model::vehicle::Vehicle::new(parameters).expect("valid");
+    let erased = VirtualFlash::erased;
+    let mut bench = Bench::of(&vehicle, 1, erased(), erased(), &PlantSettings::default());
+    bench.run(1000);
+    let all = link(&mut bench, &["status", "--all", "--seconds", "1"]).output;
+    assert!(
+        all.contains("currents: left ") && all.contains("terms of the steering law"),
+        "{all}"
+    );
+    assert!(!all.contains("spar") && !all.contains("ballast"), "{all}");
+}
+
+#[test]
 fn a_vehicle_is_armed_driven_and_disarmed() {
     let mut bench = Bench::new(2);
     bench.run(1000);
@@ -227,6 +245,20 @@ fn parameters_are_listed_set_and_refused_by_name() {
         assert_eq!(output.code, 2, "{assignment}");
         assert!(output.error.contains(part), "{}", output.error);
     }
+    let twice = [
+        "parameters",
+        "set",
+        "control.speed_max_m_s=1",
+        "control.speed_max_m_s=2",
+    ];
+    let output = link(&mut bench, &twice);
+    assert!(
+        output.code == 2 && output.error.contains("control.speed_max_m_s is given twice"),
+        "{}",
+        output.error
+    );
+    let listed = link(&mut bench, &["parameters", "list"]).output;
+    assert!(listed.contains("control.speed_max_m_s = 1.25 "), "{listed}");
 }
 
 #[test]
@@ -254,6 +286,18 @@ fn sets_move_as_vehicle_files() {
     );
     assert_eq!(run(&mut bench, &["diff", path]).0, 0);
     assert_eq!(run(&mut bench, &["dump", path]).0, 2, "no file is overwritten");
+    // Within each range, but with the arm in the ground.
+    let text = std::fs::read_to_string(&file).expect("readable");
+    std::fs::write(&file, text.replace("arm_length_m = 0.2\n", "arm_length_m = 0.3\n")).expect("written");
+    let refused = run(&mut bench, &["load", path]);
+    assert!(
+        refused.0 == 2
+            && refused
+                .1
+                .contains("body.arm_length_m: the arm's centre of mass hangs 0.3 m"),
+        "{}",
+        refused.1
+    );
     std::fs::remove_file(file).expect("is there");
 }
 

@@ -7,7 +7,7 @@ use model::sample::Motor;
 use model::supervise::arming::Mode;
 use model::supervise::codes::FaultSet;
 use plant::fault::SensorFault;
-use virtual_board::scenario::{self, Backend, Scenario};
+use virtual_board::scenario::{self, Scenario};
 
 use crate::support::firmware;
 
@@ -50,13 +50,26 @@ fn a_vehicle_without_a_spar_neither_reads_nor_faults_on_its_inputs() {
             EmulatedBackend::power_on(firmware(), plant, EmulationSettings::default()).expect("the board powers up");
         let outcome = scenario::run(&scenario, &mut backend, |_| {}).expect("valid");
         let row = outcome.trace.rows.last().expect("rows");
-        assert_eq!((row.status.mode, row.status.faults), (Mode::Armed, FaultSet::EMPTY), "{encoder:?}");
-        assert!((row.truth.speed_m_s - 0.5).abs() < 0.025, "{encoder:?}: {} m/s", row.truth.speed_m_s);
+        assert_eq!(
+            (row.status.mode, row.status.faults),
+            (Mode::Armed, FaultSet::EMPTY),
+            "{encoder:?}"
+        );
+        assert!(
+            (row.truth.speed_m_s - 0.5).abs() < 0.025,
+            "{encoder:?}: {} m/s",
+            row.truth.speed_m_s
+        );
         assert_eq!(row.status.current_a[2], 0.0, "{encoder:?}");
         let about_spar = outcome.log.iter().find(|line| line.contains("spar IMU"));
         assert_eq!(about_spar, None, "the board looks for a spar IMU");
         let emulation = backend.emulation().expect("it ran to the end");
-        let [arm, spar] = emulation.at(|stopped| stopped.board().intf_config1()).expect("it ran to the end");
-        assert!(arm != 0 && spar == 0, "the driver set up the IMUs with {arm:#x} and {spar:#x}");
+        let [arm, spar] = emulation
+            .at(|stopped| stopped.board().intf_config1())
+            .expect("it ran to the end");
+        assert!(
+            arm != 0 && spar == 0,
+            "the driver set up the IMUs with {arm:#x} and {spar:#x}"
+        );
     }
 }

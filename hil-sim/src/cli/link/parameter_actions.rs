@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Subcommand;
 use model::vehicle::Field;
 use report::error::CommandError;
+use theory::analysis::design_check::{Severity, check};
 
 use super::console::Console;
 use super::files::into_new_file;
@@ -80,7 +81,7 @@ pub(super) fn parameters_of<W: Wire, O: Write>(
             console.line(&format!("wrote {}", file.display()))
         }
         ParameterAction::Load { file } => {
-            let wanted = read(file)?;
+            let wanted = read_drivable(file)?;
             let differences = link.load(file, &wanted)?;
             for difference in &differences {
                 console.line(&difference.to_string())?;
@@ -110,6 +111,25 @@ fn read(file: &Path) -> Result<model::vehicle::VehicleParameters<f32>, CommandEr
     vehicle_file::read_vehicle(file)
         .map(|vehicle| vehicle.parameters().cast::<f32>())
         .map_err(|error| CommandError::Input(error.to_string()))
+}
+
+/// As [`read`], for a board that is to drive with the set.
+fn read_drivable(file: &Path) -> Result<model::vehicle::VehicleParameters<f32>, CommandError> {
+    let vehicle = vehicle_file::read_vehicle(file).map_err(|error| CommandError::Input(error.to_string()))?;
+    let checked = check(&vehicle);
+    match checked
+        .findings
+        .iter()
+        .find(|finding| finding.severity == Severity::Error)
+    {
+        None => Ok(vehicle.parameters().cast::<f32>()),
+        Some(finding) => Err(CommandError::Input(format!(
+            "{}: such a vehicle cannot be driven: {}: {} (`hil-sim check` shows everything)",
+            file.display(),
+            finding.field,
+            finding.text
+        ))),
+    }
 }
 
 /// A parameter's range or choices, and its meaning.

@@ -85,10 +85,10 @@ impl<W: Wire> Link<W> {
     /// Changes parameters, `table.name=value` each, and stores the set.
     ///
     /// # Errors
-    /// An unknown name or an invalid value (then nothing is changed), or the board refuses.
+    /// An unknown name, a name given twice, or an invalid value (then nothing is changed), or the board refuses.
     pub fn set(&mut self, assignments: &[String]) -> Result<(), CommandError> {
         let kind = self.kind()?;
-        let mut changes = Vec::new();
+        let mut changes: Vec<(u16, f32)> = Vec::new();
         for assignment in assignments {
             let bad = |why: String| CommandError::Input(format!("{assignment}: {why}"));
             let (name, text) = assignment
@@ -105,6 +105,9 @@ impl<W: Wire> Link<W> {
                 .map_err(|_| bad(format!("`{text}` is not a number: {allowed}")))?;
             if !field.allows(value) {
                 return Err(bad(allowed));
+            }
+            if changes.iter().any(|(other, _)| *other == number) {
+                return Err(bad(format!("{name} is given twice")));
             }
             changes.push((number, value as f32));
         }

@@ -40,12 +40,14 @@ impl<W: Wire> Link<W> {
         let from_us = self.wire.now_us();
         let until_us = from_us + (seconds * 1e6) as u64;
         let mut next_us = from_us;
+        // A firmware with other parameters than this tool's may have a spar.
+        let with_spar = self.has_spar().unwrap_or(true);
         while self.wire.now_us() < until_us && self.interrupts() == 0 {
             let status = self.fresh_status()?;
             if self.wire.now_us() >= next_us {
                 console.coloured_line(&line(&status))?;
                 if detail == StatusDetail::All {
-                    for line in more_lines(&status) {
+                    for line in more_lines(&status, with_spar) {
                         console.line(&line)?;
                     }
                 }
@@ -120,35 +122,50 @@ fn blockers(vehicle: &Status) -> String {
     }
 }
 
-/// The other reports of the vehicle, one line per group.
-fn more_lines(status: &BoardStatus) -> Vec<String> {
+/// The other reports of the vehicle, one line per group; those of the spar only if there is a spar.
+fn more_lines(status: &BoardStatus, with_spar: bool) -> Vec<String> {
     let vehicle = &status.vehicle;
     let estimate = &vehicle.estimate;
     let motors = |values: [f32; 3], unit: &str| {
         let [left, right, ballast] = values;
-        format!("left {left:.2} {unit}, right {right:.2} {unit}, ballast {ballast:.2} {unit}")
+        let ballast = if with_spar {
+            format!(", ballast {ballast:.2} {unit}")
+        } else {
+            String::new()
+        };
+        format!("left {left:.2} {unit}, right {right:.2} {unit}{ballast}")
     };
-    vec![
-        format!(
-            "  place: distance {:.3} m, x {:.3} m, y {:.3} m, heading {:.1} deg, yaw rate {:.3} rad/s",
-            estimate.distance_m,
-            estimate.x_m,
-            estimate.y_m,
-            estimate.heading_rad.to_degrees(),
-            estimate.yaw_rate_rad_s
-        ),
-        format!(
-            "  spar: {:.2} deg, ballast {:.2} deg",
-            estimate.spar_rad.to_degrees(),
-            estimate.ballast_rad.to_degrees()
-        ),
-        format!("  currents: {}", motors(vehicle.current_a, "A")),
-        format!("  voltages: {}", motors(vehicle.voltage_v, "V")),
-        format!("  limits: {}", vehicle.limits),
-        format!("  ticks: {}, {} late", cycle_words(&status.cycles), vehicle.late_ticks),
+    let [speed_terms, steering_terms, spar_terms] = term_lines(&vehicle.terms);
+    let place = format!(
+        "  place: distance {:.3} m, x {:.3} m, y {:.3} m, heading {:.1} deg, yaw rate {:.3} rad/s",
+        estimate.distance_m,
+        estimate.x_m,
+        estimate.y_m,
+        estimate.heading_rad.to_degrees(),
+        estimate.yaw_rate_rad_s
+    );
+    let spar = format!(
+        "  spar: {:.2} deg, ballast {:.2} deg",
+        estimate.spar_rad.to_degrees(),
+        estimate.ballast_rad.to_degrees()
+    );
+    [
+        Some(place),
+        with_spar.then_some(spar),
+        Some(format!("  currents: {}", motors(vehicle.current_a, "A"))),
+        Some(format!("  voltages: {}", motors(vehicle.voltage_v, "V"))),
+        Some(format!("  limits: {}", vehicle.limits)),
+        Some(format!(
+            "  ticks: {}, {} late",
+            cycle_words(&status.cycles),
+            vehicle.late_ticks
+        )),
+        Some(speed_terms),
+        Some(steering_terms),
+        with_spar.then_some(spar_terms),
     ]
     .into_iter()
-    .chain(term_lines(&vehicle.terms))
+    .flatten()
     .collect()
 }
 
