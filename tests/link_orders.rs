@@ -67,6 +67,7 @@ fn a_disarm_comes_through_whatever_comes_with_it() {
             bench.run(50);
             let link = bench.status().link;
             let told = link.dropped_requests + link.dropped_answers;
+            println!("storm {n}, {before} {after}: {told}");
             assert!(before + after < 100 || n == 3 || told > 0, "storm {n}: {link:?}");
         }
     }
@@ -169,7 +170,10 @@ fn repeated_and_overtaken_frames_are_dropped_and_counted() {
     bench.run(200);
     assert_eq!(bench.status().link.repeated_frames - before, 4);
     let reference = bench.status().vehicle.speed_reference_m_s;
-    assert!(reference > 0.02, "the newest command does not hold: {reference}");
+    assert!(
+        (reference - 0.5).abs() < 0.01,
+        "the newest command does not hold: {reference}"
+    );
     // An order to arm that a Disarm has overtaken.
     let (_, arm) = bench.frame(Order::Request(Request::Arm)).expect("identified");
     bench.request(Request::Disarm);
