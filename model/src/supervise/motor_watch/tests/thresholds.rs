@@ -45,6 +45,27 @@ fn an_encoder_jumps_beyond_its_largest_advance_whatever_the_bridge_does() {
     }
 }
 
+/// A supply below its minimum leaves the voltage between two shares of the one that was asked for.
+#[test]
+fn of_uncertain_voltages_the_one_that_current_and_encoder_explain_counts() {
+    let watch = watch();
+    for way in [1.0, -1.0] {
+        for (explained_v, expected_v) in [(2.0, 5.0), (6.5, 6.5), (9.0, 8.0)] {
+            for emf_v in [0.0, 1.5] {
+                let current_a = way * (explained_v - emf_v) / RESISTANCE_OHM;
+                for shares in [[0.5, 0.8], [0.8, 0.5]] {
+                    let likely_v = watch.likely_v(way * 10.0, Some(shares), current_a, way * emf_v / EMF_V_S);
+                    assert!(
+                        (likely_v - way * expected_v).abs() < 1e-3,
+                        "{explained_v} {emf_v} {shares:?}: {likely_v}"
+                    );
+                }
+                assert_eq!(watch.likely_v(way * 10.0, None, current_a, 0.0), way * 10.0);
+            }
+        }
+    }
+}
+
 /// At an open bridge the current counts from the 51st tick, filtered over 20 ms, and what was found stays while driving.
 #[test]
 fn an_offset_is_found_once_the_bridge_has_been_open_for_a_while() {
