@@ -82,6 +82,8 @@ pub struct Plant {
     /// The gearboxes with play, left and right; `None` if no gearbox has play.
     gears: Option<Box<[Option<Gear>; GEARS]>>,
     wiring: Wiring,
+    /// Whether the wiring has any fault, kept because it is asked twice a millisecond.
+    wiring_is_faulty: bool,
     bridge_heat: BridgeHeat,
     supply: Supply,
     /// Time at which the present push ends.
@@ -140,7 +142,8 @@ impl Plant {
         }
         self.supply.follow(dt_s, self.battery_a, &mut self.battery);
         if self.bridge_heat.follow(dt_s, self.bridge_current_a()) {
-            self.wiring.shut_down = self.bridge_heat.shut_down();
+            let shut_down = self.bridge_heat.shut_down();
+            self.rewire(|wiring| wiring.shut_down = shut_down);
         }
         self.watch_validity();
         for (i, encoder) in self.encoders.iter_mut().enumerate() {
@@ -155,7 +158,7 @@ impl Plant {
         bridges: &'a [BridgeState; MOTORS],
         changed: &'a mut [BridgeState; MOTORS],
     ) -> &'a [BridgeState; MOTORS] {
-        if self.has_spar && !self.wiring.faulty() {
+        if self.has_spar && !self.wiring_is_faulty {
             return bridges;
         }
         *changed = *bridges;
