@@ -219,7 +219,7 @@ fn a_vehicle_is_armed_driven_and_disarmed() {
 fn a_blocked_vehicle_is_not_armed_and_the_blocker_is_named() {
     let mut bench = Bench::new(3);
     bench.run(1000);
-    bench.board.world(|world| world.emergency_stop = true);
+    bench.board.world(|world| world.press_stop(true));
     let output = link(&mut bench, &["drive", "--speed-m-s", "0.5", "--seconds", "1"]);
     assert_eq!(output.code, 1);
     assert!(output.error.contains("blocked by EmergencyStop"), "{}", output.error);

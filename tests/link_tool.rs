@@ -173,7 +173,7 @@ fn a_drive_that_something_else_ends_is_told_within_300_ms() {
 #[test]
 fn an_arm_that_is_refused_is_told_with_its_blockers() {
     let mut bench = ready(5);
-    bench.board.world(|world| world.emergency_stop = true);
+    bench.board.world(|world| world.press_stop(true));
     let wire = BoardWire::new(bench);
     let sent = wire.sent.clone();
     let (mut link, _) = link(wire);

@@ -260,7 +260,7 @@ fn changes_that_nobody_stores_are_dropped_after_10_s() {
 type Failure = (Fault, fn(&mut World, bool));
 
 const FAILURES: [Failure; 3] = [
-    (Fault::EmergencyStop, |world, fails| world.emergency_stop = fails),
+    (Fault::EmergencyStop, |world, fails| world.press_stop(fails)),
     (Fault::BatteryHigh, |world, fails| {
         world.plant.battery_mut().open_circuit_v = if fails { 33.0 } else { 25.2 };
     }),

@@ -140,7 +140,7 @@ fn the_emergency_stop_opens_the_bridges_at_once_and_holds_until_cleared() {
     bench.run(2);
     assert_eq!(bench.mode(), Mode::Disarmed);
     assert!(faults(&bench).contains(Fault::EmergencyStop));
-    bench.board.world(|world| world.emergency_stop = false);
+    bench.board.world(|world| world.press_stop(false));
     bench.drive = Some([0.0, 0.0]);
     bench.run(8000);
     bench.request(Request::Arm);
@@ -159,18 +159,15 @@ fn the_emergency_stop_opens_the_bridges_at_once_and_holds_until_cleared() {
 #[test]
 fn a_welded_second_contact_is_found_at_the_first_press() {
     let mut bench = Bench::driving(6, 1.0);
-    bench.board.world(|world| {
-        world.second_contact = SecondContact::Welded;
-        world.emergency_stop = true;
-    });
+    bench.board.world(|world| world.set_stop(true, SecondContact::Welded));
     let opened = bridges_off_within(&mut bench, 2);
     assert!(opened <= 2, "{opened}");
     bench.run(90);
-    bench.board.world(|world| world.emergency_stop = false);
+    bench.board.world(|world| world.press_stop(false));
     assert!(!blockers(&bench).contains(Blocker::StopContacts));
-    bench.board.world(|world| world.emergency_stop = true);
+    bench.board.world(|world| world.press_stop(true));
     bench.run(105);
-    bench.board.world(|world| world.emergency_stop = false);
+    bench.board.world(|world| world.press_stop(false));
     bench.run(500);
     assert!(blockers(&bench).contains(Blocker::StopContacts));
     bench.request(Request::ClearFaults);

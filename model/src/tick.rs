@@ -102,11 +102,17 @@ impl VehicleCore {
     }
 
     /// Stage 1: raw counts to SI units.
+    // On the host a part of the tick, as are the other stages: what one hands the next need not pass through memory.
+    #[allow(clippy::inline_always)]
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     pub fn sense(&mut self, sample: &Sample) -> Sensed {
         self.sensing.step(sample)
     }
 
     /// Stage 2: angles, rates, slope, pose.
+    // Inlined like `sense`.
+    #[allow(clippy::inline_always)]
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     pub fn estimate(&mut self, sensed: &Sensed) -> Estimated {
         let disarmed = self.mode() == Mode::Disarmed;
         let estimate = self
@@ -119,6 +125,9 @@ impl VehicleCore {
     }
 
     /// Stage 3: supervision, then the control laws.
+    // Inlined like `sense`.
+    #[allow(clippy::inline_always)]
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     pub fn decide(&mut self, sensed: &Sensed, estimated: &Estimated, command: &Command) -> Decision {
         let estimate = &estimated.estimate;
         let verdict = self.supervisor.step(sensed, estimate, command, self.applied);
@@ -143,6 +152,9 @@ impl VehicleCore {
     }
 
     /// Stage 4: current limits, battery compensation, duties; opens the bridges if any value is not finite.
+    // Inlined like `sense`.
+    #[allow(clippy::inline_always)]
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     pub fn actuate(&mut self, sensed: &Sensed, estimate: &Estimate, decision: Decision) -> Output {
         let Decision {
             mut mode,

@@ -196,10 +196,7 @@ impl Bench {
 
     /// Presses the emergency stop: both of its contacts open, and the hardware break opens the bridges.
     pub fn press_emergency_stop(&mut self) {
-        self.board.world(|world| {
-            world.emergency_stop = true;
-            world.trip();
-        });
+        self.board.world(|world| world.press_stop(true));
     }
 
     /// Lets a sensor fail, or work again.

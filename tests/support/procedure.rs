@@ -27,13 +27,13 @@ const _: () = assert!(LOOK_US == READ_US);
 
 /// Puts the stop's contacts so; a welded second one stays closed.
 fn put_contacts(world: &mut World, welded: bool, first: bool, second: bool) {
-    world.emergency_stop = first;
-    world.second_contact = match (first, second) {
+    let second_contact = match (first, second) {
         _ if welded => SecondContact::Welded,
         (true, true) | (false, false) => SecondContact::Follows,
         (true, false) => SecondContact::Welded,
         (false, true) => SecondContact::Open,
     };
+    world.set_stop(first, second_contact);
 }
 
 /// Lets the hands act on the bench.

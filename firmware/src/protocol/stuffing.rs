@@ -23,10 +23,10 @@ pub fn stuff(wire: &mut [u8], length: usize) -> Option<usize> {
             Some(eight) => zeros(*eight),
             None => zeros(core::array::from_fn(|i| part.get(i).copied().unwrap_or(1))),
         };
-        // The highest bit is that of the last zero.
-        while let Some(bit) = zeros.checked_ilog2() {
-            zeros ^= 1 << bit;
-            let zero = first + bit as usize / 8;
+        // The lowest bit is that of the last zero.
+        while zeros != 0 {
+            let zero = first + (EIGHT - 1) - zeros.trailing_zeros() as usize / 8;
+            zeros &= zeros - 1;
             end = hold(wire, zero, next, end)?;
             next = zero;
         }
@@ -35,11 +35,11 @@ pub fn stuff(wire: &mut [u8], length: usize) -> Option<usize> {
     hold(wire, 0, next, end)
 }
 
-/// The zeros among eight bytes: the highest bit of each that is one, the first byte's lowest.
+/// The zeros among eight bytes: the highest bit of each that is one, the last byte's lowest.
 fn zeros(eight: [u8; EIGHT]) -> u64 {
     // All bits but the highest of each byte: to these the same number can be added without a carry into the next byte.
     const LOW: u64 = u64::from_ne_bytes([0x7F; EIGHT]);
-    let bytes = u64::from_le_bytes(eight);
+    let bytes = u64::from_be_bytes(eight);
     !(((bytes & LOW) + LOW) | bytes | LOW)
 }
 

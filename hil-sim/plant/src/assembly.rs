@@ -141,6 +141,7 @@ impl Plant {
             analog: AnalogConverter::new(scales, Noise::new(seed, stream::ANALOG)),
             gears: None,
             wiring: Wiring::default(),
+            wiring_is_faulty: false,
             bridge_heat: BridgeHeat::new(p.motors()),
             supply: Supply::new(settings.battery.as_ref(), settings.board.brown_out_v),
             push_until_s: f64::INFINITY,

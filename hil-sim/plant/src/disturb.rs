@@ -5,7 +5,7 @@ use model::sample::MOTORS;
 use crate::analog::AnalogFault;
 use crate::body::{Payload, Push};
 use crate::imu::imperfection::Vibration;
-use crate::wiring::{DeadHalf, Leads};
+use crate::wiring::{DeadHalf, Leads, Wiring};
 use crate::{IDLE_A, Plant};
 
 impl Plant {
@@ -57,16 +57,26 @@ impl Plant {
 
     /// Breaks, shorts, exchanges or repairs the leads of motor `index`.
     pub fn set_leads(&mut self, index: usize, leads: Leads) {
-        if let Some(slot) = self.wiring.leads.get_mut(index) {
-            *slot = leads;
-        }
+        self.rewire(|wiring| {
+            if let Some(slot) = wiring.leads.get_mut(index) {
+                *slot = leads;
+            }
+        });
     }
 
     /// Disables half of the bridge of motor `index`, or repairs the bridge.
     pub fn set_dead_half(&mut self, index: usize, dead: DeadHalf) {
-        if let Some(slot) = self.wiring.dead.get_mut(index) {
-            *slot = dead;
-        }
+        self.rewire(|wiring| {
+            if let Some(slot) = wiring.dead.get_mut(index) {
+                *slot = dead;
+            }
+        });
+    }
+
+    /// Changes the wiring.
+    pub(super) fn rewire(&mut self, change: impl FnOnce(&mut Wiring)) {
+        change(&mut self.wiring);
+        self.wiring_is_faulty = self.wiring.faulty();
     }
 
     /// Sets the battery's open-circuit voltage from now on, whatever its charge.
@@ -78,7 +88,7 @@ impl Plant {
     pub fn set_battery_connected(&mut self, connected: bool) {
         let was = self.supply.connected();
         self.supply.set_connected(connected, &mut self.battery);
-        self.wiring.unsupplied = !connected;
+        self.rewire(|wiring| wiring.unsupplied = !connected);
         if connected && !was {
             self.battery_v = self.battery.open_circuit_v - self.battery.resistance_ohm * IDLE_A;
         } else if !connected {

@@ -44,7 +44,7 @@ use gear::{GEARS, Gear};
 use icm42688p::Icm42688pModel;
 use imu::motion_at;
 pub use motor::BridgeState;
-use motor::{Battery, DcMotor};
+use motor::{Battery, DcMotor, Span};
 use supply::Supply;
 use terrain::Ground;
 pub use truth::{Glance, Truth};
@@ -82,6 +82,8 @@ pub struct Plant {
     /// The gearboxes with play, left and right; `None` if no gearbox has play.
     gears: Option<Box<[Option<Gear>; GEARS]>>,
     wiring: Wiring,
+    /// Whether the wiring has any fault, kept because it is asked twice a millisecond.
+    wiring_is_faulty: bool,
     bridge_heat: BridgeHeat,
     supply: Supply,
     /// Time at which the present push ends.
@@ -140,7 +142,8 @@ impl Plant {
         }
         self.supply.follow(dt_s, self.battery_a, &mut self.battery);
         if self.bridge_heat.follow(dt_s, self.bridge_current_a()) {
-            self.wiring.shut_down = self.bridge_heat.shut_down();
+            let shut_down = self.bridge_heat.shut_down();
+            self.rewire(|wiring| wiring.shut_down = shut_down);
         }
         self.watch_validity();
         for (i, encoder) in self.encoders.iter_mut().enumerate() {
@@ -155,7 +158,7 @@ impl Plant {
         bridges: &'a [BridgeState; MOTORS],
         changed: &'a mut [BridgeState; MOTORS],
     ) -> &'a [BridgeState; MOTORS] {
-        if self.has_spar && !self.wiring.faulty() {
+        if self.has_spar && !self.wiring_is_faulty {
             return bridges;
         }
         *changed = *bridges;
@@ -183,9 +186,10 @@ impl Plant {
         if let Some(gears) = self.gears.as_deref() {
             gear::overwrite(&mut before, gears, Gear::rate);
         }
+        DcMotor::prepare(&mut self.motors, h);
         self.battery_v = self
             .battery
-            .terminal_v(h, self.battery_v, &mut self.motors, bridges, &before);
+            .terminal_v(Span::Substep, self.battery_v, &self.motors, bridges, &before);
         let joints: [JointTorque; MOTORS] =
             core::array::from_fn(|i| self.motors[i].begin(h, bridges[i], self.battery_v, before[i]));
         let mean_rates = match self.gears.as_deref_mut() {
@@ -261,9 +265,10 @@ impl Plant {
         let mut changed = [BridgeState::Open; MOTORS];
         let bridges = self.connected(bridges, &mut changed);
         let rates = self.body.joint_rates_after(0.5 * dt_s);
+        DcMotor::prepare_ahead(&mut self.motors, dt_s);
         let volts = self
             .battery
-            .terminal_v(dt_s, self.battery_v, &mut self.motors, bridges, &rates);
+            .terminal_v(Span::Ahead, self.battery_v, &self.motors, bridges, &rates);
         let currents = core::array::from_fn(|i| self.motors[i].mean_current_after(dt_s, bridges[i], volts, rates[i]));
         Some(self.convert(volts, self.wiring.seen_by_bridges(currents)))
     }

@@ -53,9 +53,9 @@ pub struct DcMotor {
     coulomb: f64,
     /// Current at which the bridge's own hardware chops.
     chop_a: f64,
-    /// The coefficients of the present substep, and of an earlier substep of another length.
+    /// The coefficients of the present substep, and of the present look-ahead.
     armature: Armature,
-    other: Armature,
+    ahead: Armature,
     current: f64,
     mean_current: f64,
     law: CurrentLaw,
@@ -105,6 +105,15 @@ impl Armature {
     }
 }
 
+/// The time over which a current is sought.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Span {
+    /// The substep.
+    Substep,
+    /// The look-ahead.
+    Ahead,
+}
+
 /// The motor's law within one substep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum CurrentLaw {
@@ -130,7 +139,7 @@ impl DcMotor {
             coulomb: p.coulomb_friction_n_m,
             chop_a,
             armature: Armature::default(),
-            other: Armature::default(),
+            ahead: Armature::default(),
             current: 0.0,
             mean_current: 0.0,
             law: CurrentLaw::Current { mean: 0.0, end: 0.0 },
@@ -169,35 +178,45 @@ impl DcMotor {
         }
     }
 
-    /// Sets the armature's coefficients to those of a substep of `h` seconds.
+    /// Prepares motors for a substep of `h` seconds. All of them take the same steps.
     #[inline]
-    fn prepare(&mut self, h: f64) {
-        if self.armature.step != h {
-            self.look_ahead(h);
-            core::mem::swap(&mut self.armature, &mut self.other);
+    pub fn prepare(motors: &mut [Self], h: f64) {
+        // The usual case: a substep as long as the last one.
+        if motors.first().is_some_and(|motor| motor.armature.step != h) {
+            for motor in motors {
+                core::mem::swap(&mut motor.armature, &mut motor.ahead);
+                if motor.armature.step != h {
+                    motor.armature = Armature::over(h, motor.resistance, motor.inductance);
+                }
+            }
         }
     }
 
-    /// The armature's coefficients for `h`. Two lengths are kept, because substeps and look-aheads may
-    /// alternate.
+    /// Prepares motors for a look-ahead of `h` seconds. All of them look as far.
     #[inline]
-    fn look_ahead(&mut self, h: f64) -> &Armature {
-        if self.armature.step == h {
-            return &self.armature;
+    pub fn prepare_ahead(motors: &mut [Self], h: f64) {
+        if motors.first().is_some_and(|motor| motor.ahead.step != h) {
+            for motor in motors {
+                motor.ahead = Armature::over(h, motor.resistance, motor.inductance);
+            }
         }
-        if self.other.step != h {
-            self.other = Armature::over(h, self.resistance, self.inductance);
-        }
-        &self.other
     }
 
-    /// Mean current through the bridge over the next `h` seconds, if the joint's mean rate is `rate`. The
-    /// function uses the coefficients that [`Battery::terminal_v`] computed for the same `h`.
+    /// The armature's coefficients over a span.
     #[inline]
-    pub fn mean_current_after(&mut self, h: f64, bridge: BridgeState, battery_v: f64, rate: f64) -> f64 {
+    fn over(&self, span: Span) -> &Armature {
+        match span {
+            Span::Substep => &self.armature,
+            Span::Ahead => &self.ahead,
+        }
+    }
+
+    /// Mean current through the bridge over the look-ahead of `h` seconds, for which the motor is prepared, if the
+    /// joint's mean rate is `rate`.
+    #[inline]
+    pub fn mean_current_after(&self, h: f64, bridge: BridgeState, battery_v: f64, rate: f64) -> f64 {
         if let BridgeState::Duty(duty) = bridge {
-            let (current, emf) = (self.current, self.back_emf * rate);
-            let mean = self.look_ahead(h).average(current, duty * battery_v, emf);
+            let mean = self.ahead.average(self.current, duty * battery_v, self.back_emf * rate);
             return mean.clamp(-self.chop_a, self.chop_a);
         }
         self.step_ahead(h, bridge, battery_v, rate)
@@ -207,20 +226,21 @@ impl DcMotor {
     #[cold]
     fn step_ahead(&self, h: f64, bridge: BridgeState, battery_v: f64, rate: f64) -> f64 {
         let mut ahead = self.clone();
+        ahead.armature = self.ahead;
         let _ = ahead.begin(h, bridge, battery_v, rate);
         ahead.end(rate);
         ahead.bridge_current_a()
     }
 
-    /// The motor's current from the battery over a substep as a linear function `a + b V` of the battery's
+    /// The motor's current from the battery over a span as a linear function `a + b V` of the battery's
     /// voltage, at the joint's rate `rate`. `last_v` decides whether the bridge chops.
     #[inline]
-    fn battery_load(&mut self, h: f64, bridge: BridgeState, last_v: f64, rate: f64) -> (f64, f64) {
+    fn battery_load(&self, span: Span, bridge: BridgeState, last_v: f64, rate: f64) -> (f64, f64) {
         let Armature {
             share,
             mean_conductance: conductance,
             ..
-        } = *self.look_ahead(h);
+        } = *self.over(span);
         let duty = match bridge {
             BridgeState::Duty(duty) => duty,
             BridgeState::Shorted(duty) if duty != 0.0 => {
@@ -239,13 +259,12 @@ impl DcMotor {
         (duty * rest, duty * duty * conductance)
     }
 
-    /// Begins a substep of `h` seconds: the torque law of the joint under `bridge` at the battery's
+    /// Begins a substep of `h` seconds, for which the motor is prepared: the torque law of the joint under `bridge` at the battery's
     /// voltage, as far as the joint's present `rate` shows which branch applies.
     // Inlined at its one call per substep and one rare call, so the result stays in registers.
     #[allow(clippy::inline_always)]
     #[inline(always)]
     pub fn begin(&mut self, h: f64, bridge: BridgeState, battery_v: f64, rate: f64) -> JointTorque {
-        self.prepare(h);
         self.battery_v = battery_v;
         let emf = self.back_emf * rate;
         self.short_a = None;

@@ -49,7 +49,6 @@ pub(crate) struct Wiring {
 
 impl Wiring {
     /// Whether any fault is present.
-    #[inline]
     pub(crate) fn faulty(self) -> bool {
         self != Self::default()
     }

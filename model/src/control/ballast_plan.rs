@@ -153,6 +153,9 @@ impl BallastPlan {
 
     /// One tick: returns the motor's voltage for the planned motion, in the units of ch. 7, and advances the plan to
     /// the end of the tick.
+    // Inlined on the host: its one caller has what it needs in registers.
+    #[allow(clippy::inline_always)]
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     pub(super) fn step(&mut self, pivot: &Pivot) -> f32 {
         let SparCoefficients { m1, m2, m3, k1, k2 } = self.coefficients;
         let along = pivot.acceleration_g * pivot.cos_slope;

@@ -35,6 +35,9 @@ impl SpeedController {
     }
 
     /// One tick: returns the voltage of each drive motor, within `voltage_max_v`, and its terms.
+    // Inlined on the host: the terms of its result need not pass through memory.
+    #[allow(clippy::inline_always)]
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     pub fn step(&mut self, input: &SpeedInput) -> LawOutput<SpeedTerms> {
         match self {
             Self::SwingDamped(law) => law.step(input),

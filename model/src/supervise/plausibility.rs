@@ -120,7 +120,10 @@ impl ImuWatch {
     }
 
     /// Checks one tick's sample.
-    #[inline]
+    // Inlined on the host, like the supervisor's other watches.
+    #[allow(clippy::inline_always)]
+    #[cfg_attr(target_os = "none", inline)]
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     pub fn update(&mut self, sample: &ImuSample) -> ImuHealth {
         let raw = &sample.raw;
         let (jumped, same) = self.last.map_or((false, false), |last| {

@@ -87,7 +87,7 @@ pub use motion::{AxleRoll, Gravity};
 use outside::Outside;
 pub use outside::{Push, PushedBody};
 pub use payload::Payload;
-use tracked_angle::TrackedAngle;
+use tracked_angle::TrackedAngles;
 
 use super::terrain::Ground;
 
@@ -165,7 +165,7 @@ pub struct Body {
     wheel_modes: [ContactMode; 2],
     gear_modes: [GearMode; MOTORS],
     /// Angles of the arm's centre of mass, spar, ballast and heading in the middle of the last substep.
-    middle: [TrackedAngle; 4],
+    middle: TrackedAngles<4>,
     /// Mean rates of the motors' joints over the last substep.
     mean_rates: [f64; MOTORS],
     in_flight: bool,
@@ -190,7 +190,7 @@ impl Body {
             wheels: [WheelContact::default(); 2],
             wheel_modes: [ContactMode::Stick; 2],
             gear_modes: [GearMode::Stick; MOTORS],
-            middle: [TrackedAngle::new(0.0); 4],
+            middle: TrackedAngles::new([0.0; 4]),
             mean_rates: [0.0; MOTORS],
             in_flight: false,
             rolled: false,
@@ -271,23 +271,25 @@ impl Body {
 
     /// The arm's swing over the last substep.
     pub fn arm_swing(&self) -> Swing {
-        let [middle, ..] = self.middle;
+        let [middle, ..] = self.middle.sin_cos();
         if self.inertia.arm_offset == 0.0 {
             return self.swing(PHI, middle);
         }
         // The stored angle is that of the centre of mass; the arm's axis differs by the offset.
-        self.swing(PHI, TrackedAngle::new(middle.angle - self.inertia.arm_offset))
+        let [angle, ..] = *self.middle.angles();
+        self.swing(PHI, Real::sin_cos(angle - self.inertia.arm_offset))
     }
 
     /// The spar's swing over the last substep.
     pub fn spar_swing(&self) -> Swing {
-        self.swing(SPAR, self.middle[1])
+        let [_, middle, ..] = self.middle.sin_cos();
+        self.swing(SPAR, middle)
     }
 
     #[inline]
-    fn swing(&self, index: usize, middle: TrackedAngle) -> Swing {
+    fn swing(&self, index: usize, sin_cos: (f64, f64)) -> Swing {
         Swing {
-            sin_cos: middle.sin_cos,
+            sin_cos,
             rate: self.mean_speed[index],
             acceleration: self.acceleration[index],
         }

@@ -87,12 +87,11 @@ impl Body {
         let u = self.speed;
         let half = 0.5 * h;
         let angle = |index: usize| self.position[index] + half * u[index];
-        let [arm, spar, ballast, heading] = self.middle;
-        let arm = arm.to(angle(PHI) + self.inertia.arm_offset);
-        let (spar, ballast, heading) = (spar.to(angle(SPAR)), ballast.to(angle(BALLAST)), heading.to(angle(YAW)));
-        self.middle = [arm, spar, ballast, heading];
-        let c = Configuration::new(&self.inertia, [arm.sin_cos, spar.sin_cos, ballast.sin_cos]);
-        let contacts = self.contacts(h, ground, heading.sin_cos);
+        let arm = angle(PHI) + self.inertia.arm_offset;
+        self.middle = self.middle.to([arm, angle(SPAR), angle(BALLAST), angle(YAW)]);
+        let [arm, spar, ballast, heading] = self.middle.sin_cos();
+        let c = Configuration::new(&self.inertia, [arm, spar, ballast]);
+        let contacts = self.contacts(h, ground, heading);
 
         let rates = joint_rates(&u);
         // The forces are evaluated at the mean speeds, predicted from the change in the previous substep.
@@ -102,7 +101,7 @@ impl Body {
             Some((change, mean)) => (change, mean, true),
             None => self.find_contacts(h, (&c, &contacts), joints, weights, &rates, &foretold),
         };
-        self.finish(h, ground, heading.sin_cos, (&change, &mean), grounded);
+        self.finish(h, ground, heading, (&change, &mean), grounded);
     }
 
     /// The changes of the speeds for any vehicle on any ground, their means, and whether the axle is on the

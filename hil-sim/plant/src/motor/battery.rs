@@ -1,6 +1,6 @@
 //! The battery that the motors share.
 
-use super::{BridgeState, DcMotor};
+use super::{BridgeState, DcMotor, Span};
 
 /// A battery: a voltage behind a resistance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,7 +14,7 @@ pub struct Battery {
 }
 
 impl Battery {
-    /// Terminal voltage over a substep of `h` seconds under the currents of `motors` with these `bridges` at
+    /// Terminal voltage over a span, for which the motors are prepared, under the currents of `motors` with these `bridges` at
     /// the joints' `rates`. Voltage and currents are solved together, so regeneration and sag are stable for
     /// any resistance. `last_v` is the voltage of the previous substep.
     // Each substep and each look-ahead calls this function once; inlined, its arguments stay in registers.
@@ -22,16 +22,16 @@ impl Battery {
     #[inline(always)]
     pub fn terminal_v<const N: usize>(
         &self,
-        h: f64,
+        span: Span,
         last_v: f64,
-        motors: &mut [DcMotor; N],
+        motors: &[DcMotor; N],
         bridges: &[BridgeState; N],
         rates: &[f64; N],
     ) -> f64 {
         let mut current = self.idle_a;
         let mut conductance = 0.0;
-        for ((motor, &bridge), &rate) in motors.iter_mut().zip(bridges).zip(rates) {
-            let (a, b) = motor.battery_load(h, bridge, last_v, rate);
+        for ((motor, &bridge), &rate) in motors.iter().zip(bridges).zip(rates) {
+            let (a, b) = motor.battery_load(span, bridge, last_v, rate);
             current += a;
             conductance += b;
         }

@@ -12,6 +12,7 @@ fn motor() -> DcMotor {
 
 /// One substep at a constant rate: (mean current, torque at the output).
 fn substep(motor: &mut DcMotor, bridge: BridgeState, battery_v: f64, rate: f64) -> (f64, f64) {
+    DcMotor::prepare(core::slice::from_mut(motor), H);
     let joint = motor.begin(H, bridge, battery_v, rate);
     motor.end(rate);
     let limit = joint.limit_n_m;
@@ -189,7 +190,8 @@ fn the_battery_sags_under_load_and_rises_under_regeneration() {
         let mut motors = [motor()];
         let mut v = 25.2;
         for _ in 0..40 {
-            v = battery.terminal_v(H, v, &mut motors, &[BridgeState::Duty(duty)], &[rate]);
+            DcMotor::prepare(&mut motors, H);
+            v = battery.terminal_v(Span::Substep, v, &motors, &[BridgeState::Duty(duty)], &[rate]);
             let [m] = &mut motors;
             substep(m, BridgeState::Duty(duty), v, rate);
         }
@@ -208,7 +210,8 @@ fn the_battery_sags_under_load_and_rises_under_regeneration() {
     let mut motors = [DcMotor::new(&p, 45.0)];
     let mut last = 25.2;
     for _ in 0..40 {
-        last = weak.terminal_v(H, last, &mut motors, &[BridgeState::Duty(1.0)], &[0.0]);
+        DcMotor::prepare(&mut motors, H);
+        last = weak.terminal_v(Span::Substep, last, &motors, &[BridgeState::Duty(1.0)], &[0.0]);
         let [m] = &mut motors;
         substep(m, BridgeState::Duty(1.0), last, 0.0);
     }

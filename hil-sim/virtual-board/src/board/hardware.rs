@@ -22,7 +22,7 @@ use plant::{BridgeState, Plant};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SecondContact {
     /// The contact opens with the first contact and trips the bridges' break.
-    Follows = 0,
+    Follows,
     /// The contact is welded shut and never opens.
     Welded,
     /// The contact's wire is broken, which trips the bridges' break.
@@ -35,16 +35,15 @@ pub enum SecondContact {
 pub struct World {
     /// The physical vehicle.
     pub plant: Plant,
-    /// Whether the emergency stop is pressed. As on the board, the stop also trips the bridges' break.
-    pub emergency_stop: bool,
-    /// The emergency stop's second contact.
-    pub second_contact: SecondContact,
     /// States of the lamps: armed, faulted.
     pub lamps: (bool, bool),
     /// The records of the ticks since the last call that took them; `None` while no records are kept.
     pub records: Option<Vec<FlightRecord>>,
     /// Whether a host may read the stream of records or the records before an event.
     pub records_for_host: bool,
+    /// Whether the emergency stop's first contact is open, which the firmware reads.
+    emergency_stop: bool,
+    second_contact: SecondContact,
     synced_us: u64,
     bridges: [BridgeState; MOTORS],
     break_tripped: bool,
@@ -57,11 +56,11 @@ impl World {
     pub fn new(plant: Plant) -> Self {
         Self {
             plant,
-            emergency_stop: false,
-            second_contact: SecondContact::Follows,
             lamps: (false, false),
             records: None,
             records_for_host: true,
+            emergency_stop: false,
+            second_contact: SecondContact::Follows,
             synced_us: 0,
             bridges: [BridgeState::Open; MOTORS],
             break_tripped: false,
@@ -73,7 +72,6 @@ impl World {
     /// Advances the plant to the present time with the bridges' present states.
     #[inline]
     pub fn sync(&mut self, now_us: u64) {
-        self.follow_break();
         if now_us > self.synced_us {
             self.catch_up(now_us);
         }
@@ -99,7 +97,6 @@ impl World {
     /// Converts the present analogue inputs. The plant need not advance to the middle of the tick for that.
     #[inline]
     fn analog(&mut self, now_us: u64) -> Analog<u16> {
-        self.follow_break();
         let since_s = now_us.saturating_sub(self.synced_us) as f64 * 1e-6;
         if let Some(converted) = self.plant.analog_after(since_s, &self.bridges) {
             return converted;
@@ -123,14 +120,29 @@ impl World {
         true
     }
 
-    /// Resets the board's part, with its clock at 0: the bridges open, and every latch is clear.
+    /// Resets the board's part, with its clock at 0: the bridges open, and no latch is set whose input is
+    /// inactive.
     pub(super) fn reset(&mut self) {
         self.unpowered = false;
-        self.break_tripped = false;
+        self.break_tripped = self.break_input();
         self.bridges = [BridgeState::Open; MOTORS];
         self.lamps = (false, false);
         self.synced_us = 0;
         self.fed_us = 0;
+    }
+
+    /// Presses or releases the emergency stop. As on the board, the stop also trips the bridges' break.
+    pub fn press_stop(&mut self, pressed: bool) {
+        self.set_stop(pressed, self.second_contact);
+    }
+
+    /// Puts both contacts of the emergency stop: the first is open where the stop is `pressed`. The break trips as soon as its
+    /// wire is high, and stays tripped as long as it is.
+    pub fn set_stop(&mut self, pressed: bool, second_contact: SecondContact) {
+        (self.emergency_stop, self.second_contact) = (pressed, second_contact);
+        if self.break_input() {
+            self.trip();
+        }
     }
 
     /// Trips the hardware break, which opens the bridges without the firmware.
@@ -149,15 +161,6 @@ impl World {
             SecondContact::Follows => self.emergency_stop,
             SecondContact::Welded => false,
             SecondContact::Open => true,
-        }
-    }
-
-    /// Trips the bridges' break while its input is active.
-    #[inline]
-    fn follow_break(&mut self) {
-        // The usual case, an intact and released stop, costs one comparison in every hardware call.
-        if u8::from(self.emergency_stop) | self.second_contact as u8 != 0 && self.break_input() {
-            self.trip();
         }
     }
 

@@ -108,12 +108,7 @@ impl Backend for VirtualBackend {
     }
 
     fn set_emergency_stop(&mut self, pressed: bool) {
-        self.board.world(|world| {
-            world.emergency_stop = pressed;
-            if pressed {
-                world.trip();
-            }
-        });
+        self.board.world(|world| world.press_stop(pressed));
     }
 
     fn log(&mut self) -> Vec<String> {

@@ -306,6 +306,9 @@ impl LandingLaw {
     }
 
     /// Updates the observers with the sensed rates and returns the motion as a function of the torque.
+    // Inlined on the host, like the law's other parts.
+    #[allow(clippy::inline_always)]
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     fn observe(
         &mut self,
         arm: (f32, f32),

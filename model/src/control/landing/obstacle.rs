@@ -140,6 +140,9 @@ pub(super) struct Obstacle {
 
 impl Obstacle {
     /// One tick, for wheels of the radius `length_m`.
+    // Inlined on the host, like the law's other parts.
+    #[allow(clippy::inline_always)]
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     pub(super) fn update(&mut self, told: &Told, tick: f32, length_m: f32) {
         self.follow(told, tick, length_m);
         self.push = self.found();
