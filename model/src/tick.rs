@@ -26,7 +26,7 @@ mod sense;
 pub use decide::Decision;
 use decide::Laws;
 use estimate::Estimator;
-pub use estimate::{Estimated, Sines};
+pub use estimate::{Estimated, STOPPED_M_S, Sines};
 use sense::Sensing;
 
 /// The result of one tick.

@@ -96,8 +96,9 @@ struct MeasuredMotion {
     sin_roll: f32,
 }
 
-/// Speed and arm rate below which the vehicle counts as stopped.
-const STOPPED_M_S: f32 = 0.05;
+/// Speed below which the vehicle counts as stopped, m/s.
+pub const STOPPED_M_S: f32 = 0.05;
+/// Rate of the arm below which the vehicle counts as stopped, rad/s.
 const STOPPED_ARM_RAD_S: f32 = 0.2;
 /// Time constant of the axle acceleration's filter.
 const AXLE_ACCELERATION_TIME_CONSTANT_S: f32 = 0.02;

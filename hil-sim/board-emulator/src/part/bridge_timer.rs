@@ -17,6 +17,7 @@ use rigless::soc::stm32h743::peripherals::tim::{ADVANCED_TIMERS, Advanced, Break
 use rigless::time::{EventId, VirtualNanos};
 
 use super::setup::BridgeBreak;
+use super::timer::UNSET_CLOCK_HZ;
 use super::waveform::{CHANNELS, PwmShape, PwmWaveform};
 
 /// Time after a change of the break input for which the model's events pass, in ns: longer than any setting of the
@@ -27,9 +28,6 @@ const BREAK_FILTER_NS: u64 = 5_000;
 const CLOCKS: &str = "RCC";
 /// The line that represents the supply detector. No line of the power controller has this index.
 const SUPPLY: (&str, usize) = ("PWR", usize::MAX);
-
-/// Clock until the clock tree sets the timer's clock, before the firmware starts the timer.
-const UNSET_CLOCK_HZ: u64 = 1;
 
 /// MMS2 that makes the sixth channel's reference the second trigger output, and the mode PWM 1 of a channel.
 const SIXTH_REFERENCE: u64 = 0b1001;

@@ -9,6 +9,7 @@ use firmware::protocol::message::{
 use model::command::{DriveCommand, Request};
 use model::supervise::arming::Mode;
 use model::supervise::codes::Blocker;
+use model::tick::STOPPED_M_S;
 use record_file::writer::RecordWriter;
 use report::error::CommandError;
 use virtual_board::link_client::LinkClient;
@@ -30,8 +31,7 @@ const CALIBRATION_US: u64 = 2_000_000;
 const RECORD_BEGINS_US: u64 = 1_000_000;
 /// Longest time that a stop at the end of a drive may take, us.
 const STOP_US: u64 = 4_000_000;
-/// Speed below which the vehicle counts as stopped, m/s, and the time for which it must stay below, us.
-const STOPPED_M_S: f32 = 0.05;
+/// Time for which the speed must stay below [`STOPPED_M_S`], us.
 const STOPPED_US: u64 = 500_000;
 
 /// A checked drive.
