@@ -29,6 +29,8 @@ mod pages;
 mod ripple;
 #[path = "support/shown.rs"]
 mod shown;
+#[path = "support/switching.rs"]
+mod switching;
 
 use files::files;
 use generated::root;

@@ -64,7 +64,12 @@ const SHARED_CONSTANTS: &[(&str, &[&str], &str)] = &[
 /// Files that may have right before left, with the reason.
 const RIGHT_FIRST: &[(&str, &str)] = &[
     ("model/src/dynamics/spatial.rs", "the order of the thesis's ch. 6"),
+    ("model/tests/spatial_derivation.rs", "the derivation of that model"),
     ("hil-sim/theory/src/analysis/spatial.rs", "the state of that model"),
+    ("hil-sim/theory/src/analysis/spatial_tests.rs", "the state of that model"),
+    ("hil-sim/plant/src/body/tests/in_space.rs", "the plant against that model"),
+    ("tests/rooms.rs", "what this test finds"),
+    ("tests/support/sides.rs", "what this test finds"),
 ];
 
 fn root() -> PathBuf {
@@ -193,17 +198,24 @@ fn no_two_constants_of_a_package_have_one_name() {
     assert!(places.is_empty(), "{places:#?}");
 }
 
-/// The glossary's rule: where both sides have a value, left stands first.
+/// The glossary's rule: where both sides have a value, left stands first, in code, comments, texts, pages and files.
 #[test]
 fn left_stands_before_right() {
     let mut found = Vec::new();
     let (mut pairs, mut needed) = (0, [false; RIGHT_FIRST.len()]);
-    for (place, source) in sources() {
-        let sides = sides::Sides::of(&source);
-        pairs += sides.left_first;
-        match RIGHT_FIRST.iter().position(|(file, _)| *file == place) {
-            Some(n) => needed[n] |= !sides.right_first.is_empty(),
-            None => found.extend(sides.right_first.iter().map(|names| format!("{place}: {names}"))),
+    for file in files(&root(), &["rs", "md", "toml"]) {
+        let place = shown(&file);
+        let text = fs::read_to_string(&file).expect("a file is readable");
+        let mut right_first = sides::right_first_in_text(&text);
+        if file.extension().is_some_and(|ending| ending == "rs") {
+            let source = syn::parse_file(&text).unwrap_or_else(|error| panic!("{place}: {error}"));
+            let sides = sides::Sides::of(&source);
+            pairs += sides.left_first;
+            right_first.extend(sides.right_first);
+        }
+        match RIGHT_FIRST.iter().position(|(known, _)| *known == place) {
+            Some(n) => needed[n] |= !right_first.is_empty(),
+            None => found.extend(right_first.iter().map(|names| format!("{place}: {names}"))),
         }
     }
     assert!(found.is_empty(), "{found:#?}");
@@ -211,6 +223,22 @@ fn left_stands_before_right() {
         assert!(needed, "{known:?} has left before right: take it out of the list");
     }
     assert!(pairs > 50, "{pairs} pairs found");
+}
+
+#[test]
+fn right_before_left_is_seen_in_texts() {
+    for (text, seen) in [
+        ("/// Contacts of the right and\n/// the left wheel.", true),
+        ("the voltages `u` (right, left)", true),
+        ("[friction]\\nright = {mu}\\nleft = {mu}\\n", true),
+        ("friction = { right = { mu_s = 1 }, left = 1 }", true),
+        ("right less left; right before left", false),
+        ("let right = a;\nlet left = b;", false),
+        ("left = 1\nright = 2\n[other]\nleft = 3", false),
+        ("[a]\nright = 2\nfrom_m = 1\nleft = 3", false),
+    ] {
+        assert_eq!(!sides::right_first_in_text(text).is_empty(), seen, "{text}");
+    }
 }
 
 #[test]

@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 use firmware::drive_board::nucleo_h743zi::analog::{CONVERTER_HZ, CURRENT_STEP_HALF_CYCLES};
 use firmware::drive_board::{DUTY_MAX_PERCENT, PWM_HZ};
 use model::vehicle::MotorParameters;
-use plant::switching::{Modulation, SwitchedMotor};
+
+use super::switching::{Modulation, SwitchedMotor};
 
 /// Time from one current's sample to the next, s.
 const CURRENT_STEP_S: f64 = CURRENT_STEP_HALF_CYCLES as f64 / (2.0 * CONVERTER_HZ as f64);

@@ -28,7 +28,6 @@ pub mod noise;
 mod ranges;
 pub mod settings;
 mod supply;
-pub mod switching;
 pub mod terrain;
 #[cfg(test)]
 mod tests;

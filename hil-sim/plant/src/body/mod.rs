@@ -160,7 +160,7 @@ pub struct Body {
     acceleration: Speeds,
     gravity: Gravity,
     axle_roll: AxleRoll,
-    /// Contacts of the right and the left wheel.
+    /// Contacts of the left and the right wheel.
     wheels: [WheelContact; 2],
     wheel_modes: [ContactMode; 2],
     gear_modes: [GearMode; MOTORS],

@@ -9,14 +9,14 @@
 //!     slope_y_rad = 0.0         # positive downhill to the left: beta_y of (6.5)
 //!
 //!     [friction]                # coefficient under each wheel
-//!     right = 0.8
 //!     left = 0.8
+//!     right = 0.8
 //!
 //!     [[patch]]                 # friction between two places, the last patch that covers a place wins
 //!     from_m = 4.0
 //!     to_m = 6.0
-//!     right = 0.1
 //!     left = 0.6
+//!     right = 0.1
 //!
 //!     [[profile]]               # features that rise above the plane
 //!     kind = "step"

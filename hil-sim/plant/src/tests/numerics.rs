@@ -26,13 +26,13 @@ fn steps_ten_times_shorter_change_little() {
     // All effects together: spar, turning, a ramp, slippery patches, jumping duties.
     let text = r#"
         [friction]
-        right = 0.8
         left = 0.8
+        right = 0.8
         [[patch]]
         from_m = 1.0
         to_m = 1.6
-        right = 0.05
         left = 0.3
+        right = 0.05
         [[profile]]
         kind = "ramp"
         from_m = 0.4
@@ -116,7 +116,7 @@ fn nothing_is_foretold_where_the_motion_has_kinks() {
     );
     plant.set_chocked(true);
     assert!(!after(&mut plant), "chocks");
-    let ice = terrain("[friction]\nright = 0.01\nleft = 0.01");
+    let ice = terrain("[friction]\nleft = 0.01\nright = 0.01");
     let mut plant = Plant::new(&reference_vehicle(), &SCALES, ice, 1).unwrap();
     for _ in 0..100 {
         plant.advance(1e-3, &drive(0.5, 0.5, 0.0));
@@ -163,7 +163,7 @@ fn any_vehicle_on_any_ground_stays_finite_and_within_its_means() {
         };
         let step = 0.2 * parameters.body.wheel_radius_m;
         let text = format!(
-            "[plane]\nslope_x_rad = {}\nslope_y_rad = {}\n[friction]\nright = {}\nleft = {}\n\
+            "[plane]\nslope_x_rad = {}\nslope_y_rad = {}\n[friction]\nleft = {}\nright = {}\n\
              [[profile]]\nkind = \"step\"\nat_m = 0.3\nheight_m = {step}\n\
              [[profile]]\nkind = \"step\"\nat_m = -0.6\nheight_m = {step}\n",
             uniform(-0.5, 0.5),
