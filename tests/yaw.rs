@@ -25,8 +25,8 @@ fn settles_s(rows: &[TraceRow], aim_rad_s: f64) -> f64 {
 
 /// Steps of the yaw rate to 1.5 rad/s and back to none, on the spot and driving, to both sides: with the motors of the
 /// file, with motor constants that are 20 % too high on one side and 20 % too low on the other, and with wheels whose
-/// radii differ by 10 %. The ramp takes 0.375 s, so a shorter time is a mistake. The yaw rate settles within 0.1 s of
-/// the ramp's end and overshoots by 2 % at most.
+/// radii differ by 10 %. The ramp takes 0.375 s. The yaw rate enters the band of 2 % around its aim when 98 % of the
+/// ramp are over, or later; it settles within 0.1 s of the ramp's end and overshoots by 2 % at most.
 #[test]
 fn steps_of_the_yaw_rate_land_without_overshoot_whatever_the_drives() {
     let ramp_s = STEP_RAD_S / ACCELERATION_RAD_S2;
@@ -76,8 +76,9 @@ fn steps_of_the_yaw_rate_land_without_overshoot_whatever_the_drives() {
             );
             assert!(over <= 0.02 && under <= 0.02, "{story}: {over} {under}");
             for settles in [to_s, from_s] {
+                // A row of the trace stands for 10 ms.
                 assert!(
-                    settles > 0.9 * ramp_s && settles <= ramp_s + 0.1,
+                    settles > 0.98 * ramp_s - 0.01 && settles <= ramp_s + 0.1,
                     "{story}: {settles} s"
                 );
             }
@@ -92,7 +93,7 @@ fn steps_of_the_yaw_rate_land_without_overshoot_whatever_the_drives() {
     shown(
         "steps of the yaw rate",
         &format!(
-            "settles within {latest_s:.2} s, of which its ramp takes {ramp_s:.2} s; overshoot {:.1} %",
+            "enters its band of 2 % within {latest_s:.3} s of the command; its ramp ends after {ramp_s:.3} s; overshoot {:.1} %",
             100.0 * worst_over
         ),
     );
