@@ -106,8 +106,7 @@ impl VehicleCore {
         self.sensing.step(sample)
     }
 
-    /// Stage 2: angles, rates, slope, pose. The laws' intent, which tells the motion of the wheels from a slide, is that of the
-    /// tick before.
+    /// Stage 2: angles, rates, slope, pose. The laws' intent is that of the last tick.
     pub fn estimate(&mut self, sensed: &Sensed) -> Estimated {
         let disarmed = self.mode() == Mode::Disarmed;
         let estimate = self
