@@ -39,12 +39,12 @@ const SHARED: &[(&str, &str)] = &[
 /// Names that several constants of one package may have: folder and names (none: every name), with the reason.
 const SHARED_CONSTANTS: &[(&str, &[&str], &str)] = &[
     (
-        "firmware/src/drive_board",
+        "firmware/src/drive_board/",
         &[],
         "one folder for each board, with the same facts of each",
     ),
     (
-        "firmware/src/bin",
+        "firmware/src/bin/drive-board",
         &[],
         "one program for each board, with the same parts",
     ),

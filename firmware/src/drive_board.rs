@@ -78,7 +78,7 @@ pub const ANALOG_CHANNELS: [u8; ANALOG_INPUTS] = {
 pub const SCALES: BoardScales = BoardScales {
     analog: inputs::INPUTS.scales(),
     duty_max: DUTY_MAX_PERCENT as f32 / 100.0,
-    imu: driver::SCALES,
+    imu: driver::IMU_SCALES,
 };
 
 /// Rate of the host link, baud.

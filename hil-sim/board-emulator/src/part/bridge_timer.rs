@@ -18,7 +18,7 @@ use rigless::time::{EventId, VirtualNanos};
 
 use super::setup::BridgeBreak;
 use super::timer::UNSET_CLOCK_HZ;
-use super::waveform::{CHANNELS, PwmShape, PwmWaveform};
+use super::waveform::{PWM_CHANNELS, PwmShape, PwmWaveform};
 
 /// Time after a change of the break input for which the model's events pass, in ns: longer than any setting of the
 /// break's filter at this board's clock (15 samples of 32 periods of 5 ns: 2.4 us).
@@ -131,7 +131,7 @@ impl BridgeTimer {
 fn shape(registers: &RegisterFile) -> PwmShape {
     /// Compare register of each channel, the register of the channel's mode, and the lowest bit of the channel's half of
     /// that register.
-    const COMPARE: [(Register, Register, u32); CHANNELS] = [
+    const COMPARE: [(Register, Register, u32); PWM_CHANNELS] = [
         (Register::Ccr1, Register::Ccmr1Output, 0),
         (Register::Ccr2, Register::Ccmr1Output, 8),
         (Register::Ccr3, Register::Ccmr2Output, 0),

@@ -44,7 +44,7 @@ const LEFT_OUT: [&str; 17] = [
 /// The bridges' timers, in the order in which [`Part::with_bridge_timer`] numbers them.
 const BRIDGE_TIMERS: [&str; 2] = ["TIM1", "TIM8"];
 /// General-purpose timers, in the order in which [`Part::with_timer`] numbers them.
-const TIMERS: [&str; 4] = ["TIM2", "TIM3", "TIM4", "TIM5"];
+const GENERAL_TIMERS: [&str; 4] = ["TIM2", "TIM3", "TIM4", "TIM5"];
 
 /// The model that answers for a slot of the bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,7 +68,7 @@ pub struct Part {
     /// TIM1 and TIM8.
     bridge_timers: [BridgeTimer; BRIDGE_TIMERS.len()],
     /// TIM2 to TIM5.
-    timers: [GeneralTimer; TIMERS.len()],
+    timers: [GeneralTimer; GENERAL_TIMERS.len()],
     /// ADC1.
     pub converter: TriggeredConverter,
     /// DMAMUX1.
@@ -78,7 +78,7 @@ pub struct Part {
     /// The model of each slot.
     models: Vec<Model>,
     bridge_timer_slots: [usize; BRIDGE_TIMERS.len()],
-    timer_slots: [usize; TIMERS.len()],
+    timer_slots: [usize; GENERAL_TIMERS.len()],
     link_slot: usize,
     clocks_slot: usize,
     setup: PartSetup,
@@ -111,8 +111,8 @@ impl Part {
             bridge_timer_slots[nth] = bus.slot(instance)?;
             models[bridge_timer_slots[nth]] = Model::BridgeTimer(nth);
         }
-        let mut timer_slots = [0; TIMERS.len()];
-        for (nth, instance) in TIMERS.into_iter().enumerate() {
+        let mut timer_slots = [0; GENERAL_TIMERS.len()];
+        for (nth, instance) in GENERAL_TIMERS.into_iter().enumerate() {
             timer_slots[nth] = bus.slot(instance)?;
             models[timer_slots[nth]] = Model::Timer(nth);
         }
