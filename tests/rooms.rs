@@ -265,6 +265,17 @@ fn no_modules_import_each_other_in_a_circle() {
     assert!(modules > 150, "{modules} modules found");
 }
 
+/// A module and the modules in it import in one direction too.
+#[test]
+fn no_module_imports_from_above_what_imports_from_it() {
+    let mut found = Vec::new();
+    for file in crates() {
+        let read = Crate::read(&file);
+        found.extend(read.imports_from_above().iter().map(|name| format!("{}: {name}", shown(&file))));
+    }
+    assert!(found.is_empty(), "{found:#?}");
+}
+
 #[test]
 fn paths_in_macros_are_seen() {
     let tokens = r##"a , crate :: b :: C ("d :: e \" f :: g", 'x', '"', '\'') $crate::h::i < 'a , j :: k > r#"l :: "m"# n :: o :"##;

@@ -20,11 +20,13 @@ use crate::vehicle::{Scales, Vehicle};
 mod calibration;
 mod contradiction;
 mod ground;
+mod motion;
 mod standing;
 
 use calibration::{Calibration, is_new};
 use contradiction::Mountings;
 use ground::{SLOPE_RATE_TIME_CONSTANT_S, Trail};
+use motion::MeasuredMotion;
 use standing::{Posture, Standing};
 
 /// Stage 2's state.
@@ -79,21 +81,6 @@ pub struct Sines {
     pub roll: f32,
     /// Change of the slope's sine by the vehicle's own turn, 1/s.
     pub slope_turn_per_s: f32,
-}
-
-/// The motion that gyro and encoders show in one tick.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct MeasuredMotion {
-    phi_rate_rad_s: f32,
-    theta_rate_rad_s: f32,
-    /// Speed and acceleration of the axle under the assumption that the wheels roll.
-    wheels_m_s: f32,
-    wheels_m_s2: f32,
-    yaw_rate_rad_s: f32,
-    /// Yaw rate that the wheels show.
-    wheels_yaw_rad_s: f32,
-    /// Sine of the axle's roll: positive with its left end up.
-    sin_roll: f32,
 }
 
 /// Speed below which the vehicle counts as stopped, m/s.

@@ -4,7 +4,8 @@
 //! behind, or steering turns the two motors against each other. Behind a dead current sensor everything goes on as before.
 
 use super::follower::CurrentResponse;
-use super::{MotorReading, MotorWatch, OPEN_CURRENT_SHARE};
+use super::reading::{MotorReading, OPEN_CURRENT_SHARE};
+use super::MotorWatch;
 use crate::sample::MOTORS;
 
 /// The findings about a motor.

@@ -1,6 +1,6 @@
 //! Finds an encoder that stands while its motor turns.
 
-use super::RESIDUAL_TICKS;
+use super::reading::RESIDUAL_TICKS;
 
 /// Angle by which the motor has certainly turned since its encoder last advanced, in steps, in either direction, because a
 /// loop that is closed through a dead encoder swings. A voltage that alternates within some ticks, as noise and vibration

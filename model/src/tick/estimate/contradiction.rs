@@ -1,6 +1,7 @@
 //! Checks the IMUs' readings against gravity, the wheels and the ballast.
 
-use super::{Estimator, MeasuredMotion};
+use super::Estimator;
+use super::motion::MeasuredMotion;
 use crate::estimate::exchanged::{BodyRates, Exchanged};
 use crate::estimate::facing::{Facing, INTERVAL_TICKS, Shown};
 use crate::estimate::spar_facing::{SparFacing, SparShown};

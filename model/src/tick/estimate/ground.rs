@@ -2,7 +2,8 @@
 //! whether something blocks the vehicle.
 
 use super::standing::Posture;
-use super::{Estimator, MeasuredMotion};
+use super::Estimator;
+use super::motion::MeasuredMotion;
 use crate::bounded::Bounded;
 use crate::estimate::roll::RollReading;
 use crate::estimate::stall::{Intent, Progress};
