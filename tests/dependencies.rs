@@ -94,15 +94,26 @@ fn every_dependency_has_its_reason() {
         let cells: Vec<&str> = row.split('|').map(str::trim).collect();
         assert!(cells.len() > 4 && !cells[3].is_empty(), "no reason: {row}");
         for name in cells[1].split(", ").filter(|name| !NO_CRATES.contains(name)) {
-            assert!(rows.insert(name.to_owned(), users(cells[2])).is_none(), "{name} has two rows");
+            assert!(
+                rows.insert(name.to_owned(), users(cells[2])).is_none(),
+                "{name} has two rows"
+            );
         }
     }
     let mut found: BTreeMap<String, Users> = BTreeMap::new();
     for (package, _, dependencies) in packages() {
-        let short = if package == "vehicle-console" { "console" } else { &package };
+        let short = if package == "vehicle-console" {
+            "console"
+        } else {
+            &package
+        };
         for dependency in dependencies.iter().filter(|dependency| !dependency.own) {
             let users = found.entry(dependency.name.clone()).or_default();
-            let set = if dependency.tests_only { &mut users.1 } else { &mut users.0 };
+            let set = if dependency.tests_only {
+                &mut users.1
+            } else {
+                &mut users.0
+            };
             set.insert(short.to_owned());
         }
     }
@@ -110,7 +121,9 @@ fn every_dependency_has_its_reason() {
         tests.retain(|package| !all.contains(package));
     }
     for (name, users) in &found {
-        let row = rows.get(name).unwrap_or_else(|| panic!("{users:?} use {name}, which has no row"));
+        let row = rows
+            .get(name)
+            .unwrap_or_else(|| panic!("{users:?} use {name}, which has no row"));
         assert_eq!(row, users, "the row of {name} (left) and its users (right)");
     }
     for name in rows.keys() {
@@ -131,19 +144,25 @@ fn sources(package: &str, folder: &Path, dependency: &Dependency) -> String {
     if package == "hil-sim" && dependency.tests_only {
         paths.push(root().join("tests"));
     }
-    let mut texts: Vec<PathBuf> = paths.iter().filter(|path| path.is_dir()).flat_map(|path| files(path, &["rs"])).collect();
+    let mut texts: Vec<PathBuf> = paths
+        .iter()
+        .filter(|path| path.is_dir())
+        .flat_map(|path| files(path, &["rs"]))
+        .collect();
     if dependency.build_only {
         texts = vec![folder.join("build.rs")];
     }
-    texts.iter().map(|path| fs::read_to_string(path).expect("a source is readable")).collect()
+    texts
+        .iter()
+        .map(|path| fs::read_to_string(path).expect("a source is readable"))
+        .collect()
 }
 
 /// Whether a text contains a name as a whole word.
 fn names(text: &str, name: &str) -> bool {
     let in_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
-    text.match_indices(name).any(|(at, _)| {
-        !text[..at].ends_with(in_word) && !text[at + name.len()..].starts_with(in_word)
-    })
+    text.match_indices(name)
+        .any(|(at, _)| !text[..at].ends_with(in_word) && !text[at + name.len()..].starts_with(in_word))
 }
 
 #[test]
@@ -153,7 +172,10 @@ fn every_package_uses_its_dependencies() {
     for (package, folder, dependencies) in packages() {
         for dependency in &dependencies {
             checked += 1;
-            if names(&sources(&package, &folder, dependency), &dependency.name.replace('-', "_")) {
+            if names(
+                &sources(&package, &folder, dependency),
+                &dependency.name.replace('-', "_"),
+            ) {
                 continue;
             }
             let known = UNNAMED

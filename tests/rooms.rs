@@ -66,8 +66,14 @@ const RIGHT_FIRST: &[(&str, &str)] = &[
     ("model/src/dynamics/spatial.rs", "the order of the thesis's ch. 6"),
     ("model/tests/spatial_derivation.rs", "the derivation of that model"),
     ("hil-sim/theory/src/analysis/spatial.rs", "the state of that model"),
-    ("hil-sim/theory/src/analysis/spatial_tests.rs", "the state of that model"),
-    ("hil-sim/plant/src/body/tests/in_space.rs", "the plant against that model"),
+    (
+        "hil-sim/theory/src/analysis/spatial_tests.rs",
+        "the state of that model",
+    ),
+    (
+        "hil-sim/plant/src/body/tests/in_space.rs",
+        "the plant against that model",
+    ),
     ("tests/rooms.rs", "what this test finds"),
     ("tests/support/sides.rs", "what this test finds"),
 ];
@@ -271,7 +277,11 @@ fn no_module_imports_from_above_what_imports_from_it() {
     let mut found = Vec::new();
     for file in crates() {
         let read = Crate::read(&file);
-        found.extend(read.imports_from_above().iter().map(|name| format!("{}: {name}", shown(&file))));
+        found.extend(
+            read.imports_from_above()
+                .iter()
+                .map(|name| format!("{}: {name}", shown(&file))),
+        );
     }
     assert!(found.is_empty(), "{found:#?}");
 }

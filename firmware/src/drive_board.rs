@@ -18,9 +18,13 @@ pub mod nucleo_f767zi;
 pub mod nucleo_h743zi;
 
 #[cfg(feature = "nucleo-f767zi")]
-pub use nucleo_f767zi::{DUTY_MAX_PERCENT, ENCODER_DIVIDER, FLASH_WORD_BYTES, SECTORS_PER_BANK, WATCHDOG_US, analog, inputs, memory};
+pub use nucleo_f767zi::{
+    DUTY_MAX_PERCENT, ENCODER_DIVIDER, FLASH_WORD_BYTES, SECTORS_PER_BANK, WATCHDOG_US, analog, inputs, memory,
+};
 #[cfg(feature = "nucleo-h743zi")]
-pub use nucleo_h743zi::{DUTY_MAX_PERCENT, ENCODER_DIVIDER, FLASH_WORD_BYTES, SECTORS_PER_BANK, WATCHDOG_US, analog, inputs, memory};
+pub use nucleo_h743zi::{
+    DUTY_MAX_PERCENT, ENCODER_DIVIDER, FLASH_WORD_BYTES, SECTORS_PER_BANK, WATCHDOG_US, analog, inputs, memory,
+};
 
 #[cfg(all(feature = "nucleo-h743zi", feature = "nucleo-f767zi"))]
 compile_error!("a firmware is built for one board: leave the default features out");

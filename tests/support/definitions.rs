@@ -81,7 +81,8 @@ fn entries(tokens: &str) -> Vec<String> {
     let tokens = without_quotes(tokens);
     let words: Vec<&str> = tokens.split_whitespace().collect();
     let is_name = |word: &str| {
-        word.starts_with(|c: char| c.is_ascii_alphabetic()) && word.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+        word.starts_with(|c: char| c.is_ascii_alphabetic())
+            && word.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
     };
     let mut found = Vec::new();
     for (at, word) in words.iter().enumerate() {
@@ -90,7 +91,11 @@ fn entries(tokens: &str) -> Vec<String> {
             Some(end) => word.split_at(end),
             None => (*word, ""),
         };
-        let next = if close.is_empty() { words.get(at + 1).copied().unwrap_or("") } else { close };
+        let next = if close.is_empty() {
+            words.get(at + 1).copied().unwrap_or("")
+        } else {
+            close
+        };
         let listed = (next.starts_with(':') && !next.starts_with("::"))
             || (next.starts_with('=') && !next.starts_with("=>") && !next.starts_with("=="))
             || next.starts_with(',');

@@ -166,7 +166,12 @@ fn next_key<'a>(rest: &[&'a str]) -> Option<&'a str> {
 
 /// The words of a text in small letters, and its punctuation except the marks of comments; `\n` in a string is a blank.
 fn words(text: &str) -> Vec<String> {
-    let text = text.replace("\\n", " ").replace("///", " ").replace("//!", " ").replace("//", " ").to_lowercase();
+    let text = text
+        .replace("\\n", " ")
+        .replace("///", " ")
+        .replace("//!", " ")
+        .replace("//", " ")
+        .to_lowercase();
     let mut words: Vec<String> = Vec::new();
     let mut open = false;
     for letter in text.chars() {

@@ -12,9 +12,7 @@ use report::error::CommandError;
 use report::files::refuse_existing;
 use report::output::{command_line, print_coloured, print_json};
 use report::visible::visible_line;
-use virtual_board::scenario::{
-    self, Backend, Check, MetricValue, RunVerdict, Scenario, StoryEvent, VirtualBackend,
-};
+use virtual_board::scenario::{self, Backend, Check, MetricValue, RunVerdict, Scenario, StoryEvent, VirtualBackend};
 
 mod arguments;
 mod files;

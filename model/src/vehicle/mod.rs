@@ -19,8 +19,8 @@ mod scales;
 pub(crate) mod test_vehicle;
 
 pub use fields::{Field, LeftOut, NotSet, OutOfRange, Rule};
-pub use gravity::GRAVITY_M_S2;
 pub(crate) use gravity::G;
+pub use gravity::GRAVITY_M_S2;
 pub use groups::{Table, VehicleParameters};
 pub use parameters::{
     BatteryParameters, BodyParameters, ControlParameters, EstimatorParameters, ImuParameters, MotorParameters,

@@ -10,7 +10,6 @@ use firmware::drive_board::ENCODER_DIVIDER;
 use firmware::hardware::EncoderCounters;
 use model::sample::MOTORS;
 
-
 /// The filter of [`firmware::drive_board::encoders`]: eight samples, [`ENCODER_DIVIDER`] periods of the timers' clock apart.
 const ENCODER_FILTER: FilterValue = match ENCODER_DIVIDER {
     8 => FilterValue::FDTS_DIV8_N8,

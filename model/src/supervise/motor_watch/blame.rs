@@ -3,9 +3,9 @@
 //! The other wheel and the gyro bear a working encoder out. A motor whose lead is open has no torque: its wheel falls
 //! behind, or steering turns the two motors against each other. Behind a dead current sensor everything goes on as before.
 
+use super::MotorWatch;
 use super::follower::CurrentResponse;
 use super::reading::{MotorReading, OPEN_CURRENT_SHARE};
-use super::MotorWatch;
 use crate::sample::MOTORS;
 
 /// The findings about a motor.

@@ -28,7 +28,8 @@ const REGISTERS: pac::adc::Adc = pac::ADC1;
 /// Time from the trigger to the middle between the samples of the left and the right motor's current. In half cycles: the
 /// trigger's latency, 6 (DS11532, ADC characteristics); a sample of [`CURRENT_TIME`], 30; half of the step from one
 /// current's sample to the next.
-pub const SAMPLES_AFTER_TRIGGER_NS: u32 = ((6 + 30 + CURRENT_STEP_HALF_CYCLES / 2) * 1_000_000_000 / (2 * CONVERTER_HZ)) as u32;
+pub const SAMPLES_AFTER_TRIGGER_NS: u32 =
+    ((6 + 30 + CURRENT_STEP_HALF_CYCLES / 2) * 1_000_000_000 / (2 * CONVERTER_HZ)) as u32;
 
 /// 15 cycles at 27 MHz, 0.6 us: the source is an amplifier with a filter that the converter does not load.
 const CURRENT_TIME: SampleTime = SampleTime::CYCLES15;
