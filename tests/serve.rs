@@ -76,7 +76,7 @@ fn every_command(served: &Served, name: &str) {
         code == Some(1) && text.contains("control.comfort_s: 0.3 -> 0.2"),
         "{text}"
     );
-    ok(&["parameters", "defaults"]);
+    ok(&["parameters", "built-in"]);
     ok(&["parameters", "diff", &set]);
     let (code, _, error) = served.link(&["look-back", "--out", &new_file(&format!("{name}-back.rec"))]);
     assert!(code == Some(1) && error.contains("no fault has occurred"), "{error}");

@@ -181,8 +181,8 @@ pub extern "C" fn link_change() -> usize {
 
 /// Restores the firmware's built-in set.
 #[unsafe(no_mangle)]
-pub extern "C" fn link_defaults() {
-    with_link(OperatorLink::defaults);
+pub extern "C" fn link_built_in() {
+    with_link(OperatorLink::built_in);
 }
 
 /// Differences between a vehicle file and the set in force.

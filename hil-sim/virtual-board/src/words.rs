@@ -104,8 +104,8 @@ pub fn event_words(event: Event) -> String {
         Event::ImuStarted(place) => format!("{} IMU: started", place.name()),
         Event::ImuLost(place) => format!("{} IMU: no samples, restarting", place.name()),
         Event::ImuNotStarted(place) => format!("{} IMU: does not start", place.name()),
-        Event::SetMigrated { defaults, dropped } => format!(
-            "parameters: set of another firmware, read by name: {defaults} new ones as built in, {dropped} unknown ones \
+        Event::SetMigrated { as_built_in, dropped } => format!(
+            "parameters: set of another firmware, read by name: {as_built_in} new ones as built in, {dropped} unknown ones \
              dropped"
         ),
         Event::SetLost => "parameters: the stored set cannot be believed, built-in set, arming is blocked".into(),

@@ -234,11 +234,11 @@ impl Terrain {
         })
     }
 
-    /// A plane inclined by `slope_x_rad` along x, with one friction coefficient.
+    /// A slope: a plane inclined by `slope_x_rad` along x, with one friction coefficient.
     ///
     /// # Errors
     /// A value out of range.
-    pub fn incline(slope_x_rad: f64, friction: f64) -> Result<Self, TerrainError> {
+    pub fn slope(slope_x_rad: f64, friction: f64) -> Result<Self, TerrainError> {
         let plane = Plane {
             slope_x_rad,
             slope_y_rad: 0.0,

@@ -42,13 +42,13 @@ fn agrees(ground: &Ground, profile: impl Fn(f64) -> f64 + Copy, places: &[f64]) 
 
 #[test]
 fn a_wheel_rolls_over_a_kerb_on_the_circle_about_its_edge() {
-    let up = ground(vec![Feature::Step {
+    let up = ground(vec![Feature::Edge {
         at_m: 1.0,
         height_m: 0.075,
     }]);
     let profile = |x: f64| if x >= 1.0 { 0.075 } else { 0.0 };
     agrees(&up, profile, &[0.5, 0.8, 0.83, 0.9, 0.99, 1.01, 1.5]);
-    let down = ground(vec![Feature::Step {
+    let down = ground(vec![Feature::Edge {
         at_m: 1.0,
         height_m: -0.05,
     }]);

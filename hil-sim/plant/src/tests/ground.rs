@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn a_wheel_that_spins_pulls_with_its_friction_and_no_more() {
-    let terrain = Terrain::incline(0.0, 0.05).unwrap();
+    let terrain = Terrain::slope(0.0, 0.05).unwrap();
     let mut plant = Plant::new(&bare_vehicle(), &SCALES, terrain, 1).unwrap();
     let mass = 13.6;
     let (mut normal, mut pull, mut spun) = (0.0, 0.0, 0);
@@ -179,7 +179,7 @@ fn one_wheel_on_ice_turns_it_towards_that_wheel() {
     let truth = plant.truth();
     assert!(spun && truth.heading_rad < -0.05, "{truth:?}");
     // With the same duties on dry ground the vehicle drives straight.
-    let mut plant = Plant::new(&reference_vehicle(), &SCALES, incline(0.0), 1).unwrap();
+    let mut plant = Plant::new(&reference_vehicle(), &SCALES, slope(0.0), 1).unwrap();
     for _ in 0..400 {
         plant.advance(1e-3, &drive(0.25, 0.25, 0.0));
     }

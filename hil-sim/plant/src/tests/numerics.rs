@@ -5,7 +5,7 @@ use super::*;
 #[test]
 fn one_seed_one_run() {
     let run = |seed| {
-        let mut plant = Plant::new(&reference_vehicle(), &SCALES, incline(0.05), seed).unwrap();
+        let mut plant = Plant::new(&reference_vehicle(), &SCALES, slope(0.05), seed).unwrap();
         start_imu(plant.arm_imu());
         let mut log = Vec::new();
         for k in 0..300 {
@@ -77,7 +77,7 @@ fn steps_ten_times_shorter_change_little() {
 
 #[test]
 fn a_look_ahead_finds_what_half_a_step_finds() {
-    let mut plant = Plant::new(&reference_vehicle(), &SCALES, incline(0.05), 1).unwrap();
+    let mut plant = Plant::new(&reference_vehicle(), &SCALES, slope(0.05), 1).unwrap();
     let mut differences = Vec::new();
     for k in 0..3000 {
         // Duties that ramp, like those of a law, and jump, as at a limit.
@@ -107,7 +107,7 @@ fn nothing_is_foretold_where_the_motion_has_kinks() {
         plant.advance(1e-3, &bridges);
         plant.analog_after(5e-4, &bridges).is_some()
     };
-    let mut plant = Plant::new(&reference_vehicle(), &SCALES, incline(0.0), 1).unwrap();
+    let mut plant = Plant::new(&reference_vehicle(), &SCALES, slope(0.0), 1).unwrap();
     plant.advance(1e-3, &bridges);
     assert!(after(&mut plant));
     assert!(
