@@ -23,7 +23,7 @@ use super::wire::Wire;
 /// Longest drive, and longest display of the status, s.
 pub const SECONDS_MAX: f64 = 3600.0;
 
-/// Time for which the tool commands standstill before it arms, us: the vehicle arms only under a fresh command of 0.
+/// Time for which the tool commands rest before it arms, us: the vehicle arms only under a fresh command of 0.
 const NEUTRAL_US: u64 = 100_000;
 /// Longest wait for the calibration of the gyros, us. At rest the calibration takes half a second after a boot.
 const CALIBRATION_US: u64 = 2_000_000;
@@ -220,7 +220,7 @@ impl<W: Wire> Link<W> {
         Ok(status)
     }
 
-    /// Commands standstill, and arms.
+    /// Commands rest, and arms.
     fn arm(&mut self, drive: &DriveJob, sent_us: &mut Option<u64>) -> Result<(), NotArmed> {
         if let Err(error) = self.prepare(drive, sent_us) {
             // The client forgets a board that does not know the client.
