@@ -97,7 +97,7 @@ pub extern "C" fn board_look() -> usize {
     put_json(&with_board(|board| Some(board.look())))
 }
 
-/// Hash of the board's whole output.
+/// Hash of the board's whole output. For tests.
 #[unsafe(no_mangle)]
 pub extern "C" fn board_hash() -> u64 {
     with_board(|board| board.hash())

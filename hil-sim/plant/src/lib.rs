@@ -288,7 +288,7 @@ impl Plant {
         self.has_spar.then_some(&mut self.spar_imu)
     }
 
-    /// The battery, mutable.
+    /// The battery, mutable. For tests.
     pub fn battery_mut(&mut self) -> &mut Battery {
         &mut self.battery
     }
@@ -298,7 +298,7 @@ impl Plant {
         &self.body
     }
 
-    /// The bodies, mutable, to set a state.
+    /// The bodies, mutable, to set a state. For tests.
     pub fn body_mut(&mut self) -> &mut Body {
         &mut self.body
     }

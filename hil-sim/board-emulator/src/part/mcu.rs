@@ -147,7 +147,7 @@ impl Part {
         self.h7.rcc = clocks;
     }
 
-    /// Sets flags in the status register of a flash bank.
+    /// Sets flags in the status register of a flash bank. For tests.
     pub fn raise_flash_flags(&mut self, bank: usize, flags: u32) {
         let (_, registers) = self.h7.program();
         let register = status(bank);
@@ -194,7 +194,7 @@ impl Part {
     }
 
     /// Filters of the inputs of an encoder's timer, TIM2 for 0, as the firmware set them: bits 4 to 7 of channel 1, 12 to
-    /// 15 of channel 2.
+    /// 15 of channel 2. For tests.
     pub fn encoder_filters(&self, nth: usize) -> u64 {
         self.timers[nth].filters
     }

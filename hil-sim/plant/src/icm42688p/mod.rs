@@ -138,7 +138,7 @@ impl Icm42688pModel {
         self.configure();
     }
 
-    /// How long ago the part measured what it last measured, in s.
+    /// How long ago the part measured what it last measured, in s. For tests.
     pub fn sample_age_s(&self) -> f64 {
         self.time_s - self.measured_s
     }
