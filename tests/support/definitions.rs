@@ -75,7 +75,7 @@ impl<'a> Visit<'a> for Names {
     }
 }
 
-/// The names of the entries in the text of a macro's tokens: names in front of `:`, `=` or `,`, and behind a keyword that defines.
+/// The names of the entries in the text of a macro's tokens: names in front of `:`, `=`, `,` or `;`, and behind a keyword that defines.
 fn entries(tokens: &str) -> Vec<String> {
     const KEYWORDS: [&str; 6] = ["struct", "enum", "trait", "const", "type", "fn"];
     let tokens = without_quotes(tokens);
@@ -87,7 +87,7 @@ fn entries(tokens: &str) -> Vec<String> {
     let mut found = Vec::new();
     for (at, word) in words.iter().enumerate() {
         // A mark may stand close to its name.
-        let (name, close) = match word.find([':', '=', ',', '(']) {
+        let (name, close) = match word.find([':', '=', ',', ';', '(']) {
             Some(end) => word.split_at(end),
             None => (*word, ""),
         };
@@ -98,7 +98,7 @@ fn entries(tokens: &str) -> Vec<String> {
         };
         let listed = (next.starts_with(':') && !next.starts_with("::"))
             || (next.starts_with('=') && !next.starts_with("=>") && !next.starts_with("=="))
-            || next.starts_with(',');
+            || next.starts_with([',', ';']);
         let defined = at > 0 && KEYWORDS.contains(&words[at - 1]);
         if is_name(name) && (listed || defined) {
             found.push(name.to_owned());

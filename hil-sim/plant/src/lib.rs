@@ -15,6 +15,7 @@ use model::sample::{MOTORS, Motor};
 
 pub mod analog;
 mod assembly;
+pub mod battery;
 pub mod body;
 mod bridge_heat;
 mod disturb;
@@ -36,6 +37,7 @@ mod validity;
 pub mod wiring;
 
 use analog::AnalogConverter;
+use battery::Battery;
 use body::{Body, JointTorque, LEFT, PHI, RIGHT};
 use bridge_heat::BridgeHeat;
 use encoder::Encoder;
@@ -43,7 +45,7 @@ use gear::{GEARS, Gear};
 use icm42688p::Icm42688pModel;
 use imu::motion_at;
 pub use motor::BridgeState;
-use motor::{Battery, DcMotor};
+use motor::DcMotor;
 use supply::Supply;
 use terrain::Ground;
 pub use truth::{Glance, Truth};

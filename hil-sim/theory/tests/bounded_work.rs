@@ -127,7 +127,13 @@ fn an_envelope_ends_with_its_points_or_with_their_sum() {
     assert_eq!(whole.len(), 10);
     let found = of(STEPS, 1_000_000);
     assert!(
-        matches!(found, Err(NoEnvelope::NoCriticalValue(NoCriticalValue::TooLong { steps: STEPS, .. }))),
+        matches!(
+            found,
+            Err(NoEnvelope::NoCriticalValue(NoCriticalValue::TooLong {
+                steps: STEPS,
+                ..
+            }))
+        ),
         "{found:?}"
     );
     // Bisects for the smallest shared budget that suffices: below it there is no envelope, and from it on always the same.

@@ -62,6 +62,7 @@
 //! for any vehicle on any ground, `rolling` with the known zeros of a vehicle that rolls on a plane.
 
 mod contact;
+mod coordinates;
 mod inertia;
 mod joint;
 mod ldl;
@@ -76,6 +77,8 @@ mod tests;
 mod tracked_angle;
 
 use contact::{ContactMode, GearMode};
+use coordinates::{ANGLES, JOINTS};
+pub use coordinates::{BALLAST, FORWARD, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, YAW};
 pub use inertia::Inertia;
 pub use joint::JointTorque;
 use ldl::{SPEEDS, Speeds, dot};
@@ -90,36 +93,6 @@ pub use payload::Payload;
 use tracked_angle::TrackedAngle;
 
 use super::terrain::Ground;
-
-// The order is that of elimination: speeds with few couplings come first (see `ldl`). Of the wheels, which do not couple to
-// each other, the right one is eliminated and summed first.
-/// Index of the left wheel.
-pub const LEFT: usize = 0;
-/// Index of the right wheel.
-pub const RIGHT: usize = 1;
-/// Index of the ballast (absolute).
-pub const BALLAST: usize = 2;
-/// Index of the spar.
-pub const SPAR: usize = 3;
-/// Index of y (position) and of the speed to the left.
-pub const SIDE: usize = 4;
-/// Index of x (position) and of the forward speed.
-pub const FORWARD: usize = 5;
-/// Index of the height and of the speed off the plane.
-pub const LIFT: usize = 6;
-/// Index of heading and yaw rate.
-pub const YAW: usize = 7;
-/// Index of the arm.
-pub const PHI: usize = 8;
-/// The angles: positions whose rates are the speeds themselves.
-const ANGLES: [usize; 6] = [LEFT, RIGHT, BALLAST, SPAR, YAW, PHI];
-
-/// Rows of the joints over the speeds, in the order of [`model::sample::Motor`].
-const JOINTS: [[(usize, f64); 2]; MOTORS] = [
-    [(LEFT, 1.0), (PHI, 1.0)],
-    [(RIGHT, 1.0), (PHI, 1.0)],
-    [(BALLAST, 1.0), (SPAR, -1.0)],
-];
 
 /// The motion over the last substep of a body that swings about the axle.
 #[derive(Debug, Clone, Copy)]

@@ -4,7 +4,25 @@ use core::f64::consts::TAU;
 
 use model::real::Real;
 
-use super::{TerrainError, WheelPath, check};
+use super::error::{TerrainError, check};
+
+/// Height of a wheel's centre, and the slope of its path.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct WheelPath {
+    /// Height of the centre above its height on the bare plane, in m.
+    pub height_m: f64,
+    /// Rise of the centre's path per metre along x.
+    pub slope: f64,
+}
+
+impl WheelPath {
+    pub(super) fn plus(self, other: Self) -> Self {
+        Self {
+            height_m: self.height_m + other.height_m,
+            slope: self.slope + other.slope,
+        }
+    }
+}
 
 /// Largest height of a step, as a share of the wheel's radius.
 const STEP_MAX: f64 = 0.3;

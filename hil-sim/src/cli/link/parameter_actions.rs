@@ -29,7 +29,10 @@ pub(super) enum ParameterAction {
         assignments: Vec<String>,
     },
     /// Goes back to the set the firmware was built with
-    #[command(after_help = "Examples:\n  hil-sim link --port /dev/ttyACM0 parameters built-in", alias = "defaults")]
+    #[command(
+        after_help = "Examples:\n  hil-sim link --port /dev/ttyACM0 parameters built-in",
+        alias = "defaults"
+    )]
     BuiltIn,
     /// Writes the board's set to a vehicle file
     #[command(after_help = "Examples:\n  hil-sim link --port /dev/ttyACM0 parameters dump my-vehicle.toml")]

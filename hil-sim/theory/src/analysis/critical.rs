@@ -353,7 +353,10 @@ mod tests {
             PlanarParameters { mu: 1e6, ..thesis },
         ] {
             let found = critical(&p, &Input::voltage_step(&p, 0.0), [0.1, 0.0, 0.0], Direction::Forward);
-            assert!(matches!(found, Err(NoCriticalValue::TooLong { .. })), "{p:?}: {found:?}");
+            assert!(
+                matches!(found, Err(NoCriticalValue::TooLong { .. })),
+                "{p:?}: {found:?}"
+            );
         }
     }
 }

@@ -7,7 +7,9 @@ use model::dynamics::planar::PlanarParameters;
 use rayon::prelude::*;
 
 use super::figure::{Entry, Figure, FigureError, Verdict};
-use crate::analysis::coupled::{BALLAST_SHARE, CRITICAL_SPAN, CoupledRun, CriticalStep, SteppedDrive, with_thesis_spar};
+use crate::analysis::coupled::{
+    BALLAST_SHARE, CRITICAL_SPAN, CoupledRun, CriticalStep, SteppedDrive, with_thesis_spar,
+};
 use crate::analysis::critical::Direction;
 use crate::analysis::lqr::{Weights, regulator};
 use crate::analysis::series::{degrees, largest, last};

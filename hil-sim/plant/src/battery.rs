@@ -1,6 +1,6 @@
 //! The battery that the motors share.
 
-use super::{BridgeState, DcMotor};
+use crate::motor::{BridgeState, DcMotor};
 
 /// A battery: a voltage behind a resistance.
 #[derive(Debug, Clone, Copy, PartialEq)]
