@@ -99,9 +99,9 @@ use super::terrain::Ground;
 pub struct Swing {
     /// Sine and cosine of its angle from the plane's normal, in the middle of the substep.
     pub sin_cos: (f64, f64),
-    /// Mean rate.
+    /// Mean rate, in rad/s.
     pub rate: f64,
-    /// Mean acceleration.
+    /// Mean acceleration, in rad/s^2.
     pub acceleration: f64,
 }
 
@@ -110,9 +110,9 @@ pub struct Swing {
 pub struct WheelContact {
     /// Normal force in N (mean over the substep).
     pub normal_n: f64,
-    /// Longitudinal force on the wheel, forward positive.
+    /// Longitudinal force on the wheel in N, forward positive.
     pub longitudinal_n: f64,
-    /// Lateral force on the wheel, left positive.
+    /// Lateral force on the wheel in N, left positive.
     pub lateral_n: f64,
     /// Slip of the contact point: forward speed of the centre along its path less r theta'.
     pub slip_m_s: f64,

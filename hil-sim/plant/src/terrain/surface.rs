@@ -33,9 +33,9 @@ impl Default for Friction {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Patch {
-    /// Start along x.
+    /// Start along x, in m.
     pub from_m: f64,
-    /// End along x.
+    /// End along x, in m.
     pub to_m: f64,
     /// Coefficient under the left wheel, 0 to 5.
     pub left: f64,

@@ -6,6 +6,7 @@ use model::dynamics::planar::{PHI, PHI_RATE, PlanarParameters, PlanarState, THET
 use super::waveform::Waveform;
 
 /// The input over time: the hold voltage before t = 0, then the move to the final value.
+/// Nondimensional, in the units of ch. 3; angles in rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Input {
     /// The final voltage or, with a `law`, the final reference speed.
