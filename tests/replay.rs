@@ -288,7 +288,7 @@ fn a_drive_over_a_boot_of_the_board_replays_boot_by_boot() {
         let at_s = message.log_time as f64 * 1e-9;
         let text = String::from_utf8_lossy(&message.data);
         if message.channel.topic == "/events" {
-            if text.contains("the board starts anew") {
+            if text.contains("the board restarts") {
                 restart_s = at_s;
             }
             // A spell has the time of its start, and is reported at its end.

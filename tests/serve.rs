@@ -140,8 +140,8 @@ fn a_wrong_port_is_told_with_what_would_be_right() {
         (&no_web, "`hil-sim serve --websocket` serves a board at one"),
         (&web, "is a board served at this port?"),
         (&address, &web),
-        ("/dev/null", "is no serial port"),
-        (WORKSPACE, "is no serial port"),
+        ("/dev/null", "is not a serial port"),
+        (WORKSPACE, "is not a serial port"),
         ("/dev/ttyNone", "this machine has"),
     ] {
         let output = hil_sim(&["link", "--port", port, "status"]);

@@ -49,8 +49,8 @@ pub struct Arguments {
     /// replayed, as those of `link look-back`; must not exist
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Write a .mcap record that breaks off, as a killed tool or a full disk leaves it, anew with its index, whatever can be
-    /// replayed of it: NAME.mcap; must not exist
+    /// Rewrite a truncated .mcap record, as a killed tool or a full disk leaves it, with its index, even if it cannot be
+    /// replayed: NAME.mcap; must not exist
     #[arg(long, value_name = "FILE", conflicts_with_all = ["vehicle", "until", "as_test", "mcap", "csv", "json"])]
     repair: Option<PathBuf>,
     /// Print exactly one JSON object on stdout

@@ -49,7 +49,7 @@ pub fn update_refusal_words(refusal: UpdateRefusal) -> String {
         UpdateRefusal::SelfTest => "refused: the board's self-test has failed; `link log` tells why".into(),
         UpdateRefusal::FlashFailed => "the board's flash failed; the firmware that runs stays".into(),
         UpdateRefusal::WrongPlace { start } => {
-            format!("refused: the image is not linked for where this board's begins, {start:#010x}; build it anew")
+            format!("refused: the image is linked for another address than this board's, {start:#010x}; rebuild it")
         }
         UpdateRefusal::NoRoom => "refused: this board has no place for an update; flash it with a probe".into(),
     }

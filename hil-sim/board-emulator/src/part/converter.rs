@@ -131,7 +131,7 @@ impl TriggeredConverter {
         self.ripples[usize::from(channel)] = ripple;
     }
 
-    /// Whether the converter goes on whatever software says, until it is told to stop once more after that.
+    /// Whether the converter ignores software's stop; it obeys the first stop after this is switched off.
     pub fn jam(&mut self, jammed: bool) {
         self.jammed = jammed;
     }

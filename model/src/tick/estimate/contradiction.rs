@@ -37,7 +37,7 @@ pub(super) struct Mountings {
 }
 
 impl Mountings {
-    /// Whether it is no watch's turn in the next tick, which is the tick of the slow means.
+    /// Whether no watch runs in the next tick; the slow means are updated then.
     pub(super) fn rest_next(&self) -> bool {
         self.turn + 2 == INTERVAL_TICKS
     }

@@ -102,7 +102,8 @@ impl AnalogSequence {
 /// looks take some 10 us, in which the control task has to wait.
 const LOOKS: usize = 200;
 
-/// Looks until `is_done`. A converter that does not get there in [`LOOKS`] gives no reading, and the control task goes on.
+/// Looks until `is_done`. If the converter does not finish within [`LOOKS`] looks, there is no reading, and the control task
+/// continues.
 fn within_looks(is_done: impl FnMut() -> bool) -> Result<(), NoReading> {
     let mut looks = core::iter::repeat_with(is_done).take(LOOKS);
     if looks.any(|done| done) { Ok(()) } else { Err(NoReading) }
