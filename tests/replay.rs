@@ -175,7 +175,7 @@ fn a_record_that_cannot_be_written_is_told_before_the_drive() {
     assert!(output.stdout.is_empty());
 }
 
-/// An MCAP file replays as a file of frames does, even if it breaks off, and contains the vehicle that drove.
+/// An MCAP file replays as a file of frames does, even if it is truncated, and contains the vehicle that drove.
 #[test]
 fn an_mcap_file_replays_with_its_own_vehicle_as_far_as_it_goes() {
     let file = path("kerb-slow.mcap");

@@ -121,7 +121,7 @@ struct ReplayJson {
     boots: Vec<BootJson>,
     lost_blocks: u32,
     unreadable: u32,
-    /// Whether the file has its end; one that breaks off may lack the last ticks.
+    /// Whether the file has its end; a truncated one may lack the last ticks.
     ends: bool,
     difference: Option<DifferenceJson>,
     ok: bool,
@@ -350,7 +350,7 @@ fn table(result: &ReplayJson) -> String {
     }
     if !result.ends {
         lines.push(format!(
-            "the file breaks off: what the vehicle did last may be missing; {REPAIR_MCAP}"
+            "the file is truncated: what the vehicle did last may be missing; {REPAIR_MCAP}"
         ));
     }
     lines.push(match &result.difference {
