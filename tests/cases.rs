@@ -186,6 +186,23 @@ fn a_metric_that_is_no_number_is_null_and_fails_its_bound() {
     assert!(json["checks"][0]["value"].is_null() && json["checks"][0]["ok"] == false);
 }
 
+/// A record whose metadata claim a name of gigabytes: the tool reads it within the memory of every refusal.
+#[test]
+fn a_damaged_length_in_a_record_asks_for_no_memory() {
+    for length in [0xE000_0000_u32, u32::MAX] {
+        let body = [&length.to_le_bytes()[..], b"board"].concat();
+        let mut file = b"\x89MCAP0\r\n\x0C".to_vec();
+        file.extend((body.len() as u64).to_le_bytes());
+        file.extend(body);
+        let path = own("damaged-length.mcap", "");
+        std::fs::write(&path, file).expect("writes");
+        let output = hil_sim_refuses(&["replay", utf8(&path)]);
+        let message = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        assert!(message.contains("damaged-length.mcap"), "{message}");
+    }
+}
+
 #[test]
 fn files_that_never_end_are_refused() {
     let long = own("long.toml", "");

@@ -59,7 +59,8 @@ fn a_stored_parameter_is_in_force_after_the_next_boot_and_before() {
         bench.drive = Some([2.0, 0.0]);
         bench.run(6000);
         let speed = bench.board.world(|world| world.plant.truth().speed_m_s);
-        assert!((speed - 0.5).abs() < 0.1, "{speed}");
+        // A speed on the level settles within 2 %; 10 mm/s is also what the wheels' ripple may add.
+        assert!((speed - 0.5).abs() < 0.02, "{speed}");
     }
 }
 

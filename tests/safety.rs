@@ -125,8 +125,10 @@ fn absurd_commands_stay_within_the_vehicles_limits() {
         speed = speed.max(truth.speed_m_s.abs());
         yaw = yaw.max(truth.yaw_rate_rad_s.abs());
     });
-    assert!(speed > 2.0 && speed < 3.2, "{speed}");
-    assert!(yaw > 1.5 && yaw < 2.4, "{yaw}");
+    // The file's limits, with the overshoot that docs/control.md gives for steps: 5 % of the speed, 2 % of the yaw rate.
+    let control = support::reference().parameters().control;
+    assert!((0.95..=1.05).contains(&(speed / control.speed_max_m_s)), "{speed}");
+    assert!((0.95..=1.02).contains(&(yaw / control.yaw_rate_max_rad_s)), "{yaw}");
     assert_eq!((bench.mode(), faults(&bench)), (Mode::Armed, FaultSet::EMPTY));
 }
 
@@ -334,6 +336,9 @@ fn a_weak_battery_stops_the_vehicle_and_blocks_arming() {
     assert_eq!(bench.mode(), Mode::Stopping);
     assert!(faults(&bench).contains(Fault::BatteryLow));
     assert!(bridges_off_within(&mut bench, 4500) > 500);
+    let speed_m_s = bench.board.world(|world| world.plant.truth().speed_m_s);
+    assert!(speed_m_s.abs() < 0.05, "the bridges open at {speed_m_s} m/s");
+    assert!(!faults(&bench).contains(Fault::StopTimeout));
     bench.drive = Some([0.0, 0.0]);
     bench.request(Request::ClearFaults);
     bench.run(500);

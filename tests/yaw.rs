@@ -25,8 +25,8 @@ fn settles_s(rows: &[TraceRow], aim_rad_s: f64) -> f64 {
 
 /// Steps of the yaw rate to 1.5 rad/s and back to none, on the spot and driving, to both sides: with the motors of the
 /// file, with motor constants that are 20 % too high on one side and 20 % too low on the other, and with wheels whose
-/// radii differ by 10 %. The ramp takes 0.375 s. The yaw rate enters the band of 2 % around its aim when 98 % of the
-/// ramp are over, or later; it settles within 0.1 s of the ramp's end and overshoots by 2 % at most.
+/// radii differ by 10 %. The ramp takes 0.375 s, and only its last 2 % lie within the band. The yaw rate settles within 0.1 s of
+/// the ramp's end and overshoots by 2 % at most.
 #[test]
 fn steps_of_the_yaw_rate_land_without_overshoot_whatever_the_drives() {
     let ramp_s = STEP_RAD_S / ACCELERATION_RAD_S2;
@@ -76,7 +76,7 @@ fn steps_of_the_yaw_rate_land_without_overshoot_whatever_the_drives() {
             );
             assert!(over <= 0.02 && under <= 0.02, "{story}: {over} {under}");
             for settles in [to_s, from_s] {
-                // A row of the trace stands for 10 ms.
+                // The ramp enters the band of 2 % when 2 % of it are left, and a row covers 10 ms.
                 assert!(
                     settles > 0.98 * ramp_s - 0.01 && settles <= ramp_s + 0.1,
                     "{story}: {settles} s"
@@ -93,7 +93,7 @@ fn steps_of_the_yaw_rate_land_without_overshoot_whatever_the_drives() {
     shown(
         "steps of the yaw rate",
         &format!(
-            "enters its band of 2 % within {latest_s:.3} s of the command; its ramp ends after {ramp_s:.3} s; overshoot {:.1} %",
+            "within 2 % of the command {latest_s:.2} s after it; its ramp takes {ramp_s:.2} s; overshoot {:.1} %",
             100.0 * worst_over
         ),
     );

@@ -26,6 +26,21 @@ fn steady(applied_v: f32, current_a: f32, rate_rad_s: f32) -> MotorReading {
     }
 }
 
+/// Two signs, or more, are as bad as one.
+#[test]
+fn only_no_sign_at_all_is_sound() {
+    for bits in 0..32_u8 {
+        let signs = MotorSigns {
+            jumped: bits & 1 != 0,
+            contradict: bits & 2 != 0,
+            unanswered: bits & 4 != 0,
+            starved: bits & 8 != 0,
+            current_offset: bits & 16 != 0,
+        };
+        assert_eq!(signs.is_sound(), bits == 0, "{signs:?}");
+    }
+}
+
 /// What is wrong with the simulated motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Wrong {
