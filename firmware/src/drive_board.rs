@@ -57,7 +57,8 @@ const _: () = {
     assert!(KEPT_SECTOR + IMAGE_SECTORS + HISTORY_SECTORS + PARAMETER_SECTORS <= 2 * SECTORS_PER_BANK);
 };
 
-// The rules and the analyses of a vehicle without a board count on the duty that every board gives.
+// The rules and the analyses of a vehicle without a board count on the duty that every board gives. For a board that gives less,
+// the rules' constant gets the smallest duty of all boards.
 const _: () = {
     assert!(nucleo_h743zi::DUTY_MAX_PERCENT as f64 / 100.0 == BRIDGE_SHARE);
     assert!(nucleo_f767zi::DUTY_MAX_PERCENT as f64 / 100.0 == BRIDGE_SHARE);

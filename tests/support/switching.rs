@@ -105,6 +105,7 @@ pub struct SwitchedMotor {
 
 /// The current of one period in the periodic state.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(clippy::struct_field_names)] // The unit ends a name.
 pub struct PeriodicCurrent {
     /// Mean, which determines the torque, in A.
     pub mean_a: f64,
