@@ -22,7 +22,7 @@ mod image_seal;
 #[allow(dead_code)]
 mod nucleo_144;
 
-use image_seal::{FLASH_START, SEAL_AT, SEAL_BYTES, image_room};
+use image_seal::{DTCM_BYTES, DTCM_START, FLASH_START, SEAL_AT, SEAL_BYTES, STACK_BYTES, image_room};
 
 /// What the build needs to know of a board.
 struct BuiltBoard {
@@ -189,6 +189,9 @@ fn memory(program: &str, [flash_start, flash_bytes, ram_start, ram_bytes]: [u32;
         ("_program_flash_bytes", flash_bytes),
         ("_program_ram_start", ram_start),
         ("_program_ram_bytes", ram_bytes),
+        ("_program_dtcm_start", DTCM_START),
+        ("_program_dtcm_bytes", DTCM_BYTES),
+        ("_program_stack_bytes", STACK_BYTES),
     ] {
         println!("cargo::rustc-link-arg-bin={program}=--defsym={symbol}={number:#x}");
     }

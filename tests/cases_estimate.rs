@@ -221,7 +221,7 @@ fn sliding_wheels_are_told_and_rolling_ones_are_not() {
         for seed in seeds {
             let tables = format!(
                 "chocked_until_armed = true\nterrain.plane = {{ slope_x_rad = {slope_rad:?} }}\n\
-                 terrain.patch = [{{ from_m = 2.0, to_m = 40.0, right = {friction:?}, left = {friction:?} }}]"
+                 terrain.patch = [{{ from_m = 2.0, to_m = 40.0, left = {friction:?}, right = {friction:?} }}]"
             );
             let outcome = fly(16.0, seed, &tables, &at_speed(speed_m_s));
             let rows = &outcome.trace.rows;
@@ -267,7 +267,7 @@ fn slide_told_after(friction: f64, slope_deg: f64, speed_m_s: f64, seed: u64) ->
     let from_m = 1.0 + 2.0 * speed_m_s;
     let tables = format!(
         "chocked_until_armed = true\nterrain.plane = {{ slope_x_rad = {slope_rad:?} }}\n\
-         terrain.patch = [{{ from_m = {from_m:?}, to_m = 60.0, right = {friction:?}, left = {friction:?} }}]"
+         terrain.patch = [{{ from_m = {from_m:?}, to_m = 60.0, left = {friction:?}, right = {friction:?} }}]"
     );
     let outcome = fly(8.0 + from_m / speed_m_s, seed, &tables, &at_speed(speed_m_s));
     let rows = &outcome.trace.rows;

@@ -39,7 +39,7 @@ fn poles_and_limits_are_told_and_an_unstable_law_is_named() {
         "poles of Eq. 3.25",
         "whirl_slope_deg",
         "whirl_slope_v",
-        "traction_limit_v",
+        "grip_limit_v",
     ] {
         assert!(table.contains(told), "{told}: {table}");
     }

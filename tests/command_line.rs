@@ -183,11 +183,11 @@ fn messages_name_the_flag_and_what_is_allowed() {
         (&["link", "status"], &["--port is missing", "tcp:HOST:PORT"]),
         (
             &["link", "--port", "README.md", "status"],
-            &["--port README.md: is no serial port"],
+            &["--port README.md: is not a serial port"],
         ),
         (
             &["link", "status", "--port", "docs"],
-            &["--port docs: is no serial port"],
+            &["--port docs: is not a serial port"],
         ),
         (
             &["link", "--port", "tcp:127.0.0.1", "status"],

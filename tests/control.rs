@@ -207,7 +207,7 @@ fn parking_takes_no_more_current_than_the_slope() {
     shown(
         "parks on slopes of up to 28 deg",
         &format!(
-            "takes the current of the vehicle's weight ({last_a:.1} A on 28 deg), give or take {worst_a:.2} A that the gears' friction carries"
+            "the motors draw the current that the vehicle's weight requires ({last_a:.1} A on 28 deg), within the {worst_a:.2} A that the gears' friction can hold"
         ),
     );
 }
@@ -293,7 +293,7 @@ fn an_edge_met_at_speed_is_not_tried_again_and_again() {
     shown(
         "edges of 50 to 75 mm, met at 1.5 to 2.5 m/s",
         &format!(
-            "tried for four seconds, then leant on with {worst_a:.1} A at most for as long as it is told to drive; *Stall* is told"
+            "the vehicle tries for four seconds, then leans on the edge with at most {worst_a:.1} A while the command lasts; the status reports *Stall*"
         ),
     );
 }

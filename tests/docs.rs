@@ -29,6 +29,8 @@ mod pages;
 mod ripple;
 #[path = "support/shown.rs"]
 mod shown;
+#[path = "support/switching.rs"]
+mod switching;
 
 use files::files;
 use generated::root;
@@ -272,7 +274,7 @@ fn the_adding_page_counts_its_places() {
     for (what, places, lists) in [
         ("parameter", 2, 1),
         ("fault", 2, 1),
-        ("sensor", 5, 1),
+        ("sensor", 4, 1),
         ("command", 2, 2),
     ] {
         let claim = format!("| [a {what}](#a-{what})");

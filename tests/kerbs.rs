@@ -18,7 +18,7 @@ const FIRST_M: f64 = 2.0;
 /// Speed over the command that is allowed on stairs, apart from the speed that the fall from a step gives by itself, m/s: the speed
 /// allowed behind a single kerb, and a little more, because the vehicle still has the previous step's excess when it meets the
 /// next.
-const OVERSPEED_M_S: f64 = 0.6;
+const STAIRS_OVERSPEED_M_S: f64 = 0.6;
 
 /// Kerbs of 5 to 50 mm and ledges, level and on slopes, at 0.3 to 2.5 m/s: the whole grid's short form, with the cells that were
 /// the worst.
@@ -201,7 +201,7 @@ fn climb(speed_m_s: f64, height_m: f64, apart_m: f64) -> (bool, f64) {
         .map(|row| row.truth.speed_m_s - speed_m_s)
         .fold(0.0, f64::max);
     assert!(
-        excess_m_s <= OVERSPEED_M_S.max(fall_m_s + 0.2),
+        excess_m_s <= STAIRS_OVERSPEED_M_S.max(fall_m_s + 0.2),
         "{story}: {excess_m_s} m/s too fast"
     );
     let over = last.truth.x_m > last_m;

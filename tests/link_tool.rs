@@ -376,6 +376,6 @@ fn a_set_is_written_as_a_file_loaded_and_compared() {
     assert_eq!(link.load(file, &wanted).expect("stored").len(), 2);
     assert_eq!(link.parameters().expect("answers"), wanted);
     assert_eq!(link.load(file, &wanted).expect("stored again"), []);
-    link.defaults().expect("stored");
+    link.built_in().expect("stored");
     assert_eq!(link.parameters().expect("answers"), board);
 }

@@ -96,8 +96,8 @@ fn bad_values_are_refused_with_their_range_and_nothing_changes() {
         ParameterAnswer::Inconsistent { number: arm }
     );
     assert_eq!(
-        ask(&mut bench, ParameterRequest::Defaults),
-        ParameterAnswer::DefaultsReady
+        ask(&mut bench, ParameterRequest::BuiltIn),
+        ParameterAnswer::BuiltInReady
     );
     assert_eq!(ask(&mut bench, ParameterRequest::Store), ParameterAnswer::Stored);
 }
@@ -164,8 +164,8 @@ fn gains_that_do_not_hold_the_spar_are_not_stored() {
         ParameterAnswer::Inconsistent { number: gain }
     );
     assert_eq!(
-        ask(&mut bench, ParameterRequest::Defaults),
-        ParameterAnswer::DefaultsReady
+        ask(&mut bench, ParameterRequest::BuiltIn),
+        ParameterAnswer::BuiltInReady
     );
     assert_eq!(ask(&mut bench, ParameterRequest::Store), ParameterAnswer::Stored);
 }

@@ -73,7 +73,7 @@ fn random_flash_boots_to_the_built_in_set_and_does_not_arm() {
         let bytes: Vec<u8> = (0..256 * 1024).map(|_| noise.bits() as u8).collect();
         flash.overwrite(&bytes);
         let choose: &[ParameterRequest] = if seed % 2 == 0 {
-            &[ParameterRequest::Defaults]
+            &[ParameterRequest::BuiltIn]
         } else {
             &[]
         };

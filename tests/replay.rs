@@ -175,7 +175,7 @@ fn a_record_that_cannot_be_written_is_told_before_the_drive() {
     assert!(output.stdout.is_empty());
 }
 
-/// An MCAP file replays as a file of frames does, even if it breaks off, and contains the vehicle that drove.
+/// An MCAP file replays as a file of frames does, even if it is truncated, and contains the vehicle that drove.
 #[test]
 fn an_mcap_file_replays_with_its_own_vehicle_as_far_as_it_goes() {
     let file = path("kerb-slow.mcap");
@@ -288,7 +288,7 @@ fn a_drive_over_a_boot_of_the_board_replays_boot_by_boot() {
         let at_s = message.log_time as f64 * 1e-9;
         let text = String::from_utf8_lossy(&message.data);
         if message.channel.topic == "/events" {
-            if text.contains("the board starts anew") {
+            if text.contains("the board restarts") {
                 restart_s = at_s;
             }
             // A spell has the time of its start, and is reported at its end.

@@ -76,7 +76,7 @@ fn every_command(served: &Served, name: &str) {
         code == Some(1) && text.contains("control.comfort_s: 0.3 -> 0.2"),
         "{text}"
     );
-    ok(&["parameters", "defaults"]);
+    ok(&["parameters", "built-in"]);
     ok(&["parameters", "diff", &set]);
     let (code, _, error) = served.link(&["look-back", "--out", &new_file(&format!("{name}-back.rec"))]);
     assert!(code == Some(1) && error.contains("no fault has occurred"), "{error}");
@@ -140,8 +140,8 @@ fn a_wrong_port_is_told_with_what_would_be_right() {
         (&no_web, "`hil-sim serve --websocket` serves a board at one"),
         (&web, "is a board served at this port?"),
         (&address, &web),
-        ("/dev/null", "is no serial port"),
-        (WORKSPACE, "is no serial port"),
+        ("/dev/null", "is not a serial port"),
+        (WORKSPACE, "is not a serial port"),
         ("/dev/ttyNone", "this machine has"),
     ] {
         let output = hil_sim(&["link", "--port", port, "status"]);

@@ -53,7 +53,7 @@ fn on_ice(mu: f64, told_m_s: f64, seed: u64) -> [f64; 2] {
     let outcome = drive(&scenario(
         30.0,
         seed,
-        &format!("terrain.friction = {{ right = {mu:?}, left = {mu:?} }}"),
+        &format!("terrain.friction = {{ left = {mu:?}, right = {mu:?} }}"),
         &format!(
             "{{ at_s = 4.0, action = 'drive', speed_m_s = {told_m_s:?} }},
              {{ at_s = {STOPS_S:?}, action = 'drive' }}"
@@ -126,7 +126,7 @@ fn after_a_slide_on_a_slope_the_speed_is_that_of_the_rolling_wheels_again() {
         let story = format!("{patch_m} m of {friction} on {slope_deg} deg at {speed_m_s} m/s, seed {seed}");
         let tables = format!(
             "chocked_until_armed = true\nterrain.plane = {{ slope_x_rad = {:?} }}\n\
-             terrain.patch = [{{ from_m = 1.5, to_m = {:?}, right = {friction:?}, left = {friction:?} }}]",
+             terrain.patch = [{{ from_m = 1.5, to_m = {:?}, left = {friction:?}, right = {friction:?} }}]",
             slope_deg.to_radians(),
             1.5 + patch_m
         );

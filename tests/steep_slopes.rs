@@ -311,7 +311,7 @@ fn held_until_the_motors_are_hot_the_vehicle_turns_across_the_slope_and_stands()
         "held on slopes of 24 to 31 deg until the motors are hot",
         &format!(
             "turns across the slope at {fastest_m_s:.2} m/s at most, {furthest_m:.2} m down at most, and stands there; \
-             heat {hottest:.2} of what the continuous current keeps up"
+             the winding's heat is {hottest:.2} of the heat of its continuous current"
         ),
     );
 }

@@ -78,7 +78,7 @@ fn a_forced_whirl_is_told_and_ends_at_rest_from_which_the_vehicle_drives_on() {
     shown(
         "pushed into a whirl",
         &format!(
-            "ArmAngle told within {latest_told_s:.2} s of the push's beginning, at rest by itself after {latest_rest_s:.1} s at most, drives on once its faults are cleared"
+            "reports ArmAngle within {latest_told_s:.2} s of the start of the push, comes to rest by itself within {latest_rest_s:.1} s, drives on once its faults are cleared"
         ),
     );
 }

@@ -178,7 +178,7 @@ fn the_gains_by_rule_turn_vehicles_that_nobody_tuned() {
         }
     }
     shown(
-        "the same of vehicles that nobody tuned",
+        "the same of untuned vehicles",
         &format!(
             "{} vehicles settle within {latest_s:.2} s; overshoot {:.1} %",
             vehicles.len(),

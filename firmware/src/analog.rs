@@ -5,7 +5,7 @@ use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Instant, with_timeout};
 use model::supervise::codes::Blocker;
 
-use crate::checkins::Critical;
+use crate::checkins::CriticalTask;
 use crate::hardware::AnalogInputs;
 use crate::ticks::between_ticks;
 use crate::topics::Topics;
@@ -35,6 +35,6 @@ pub async fn run<M: RawMutex>(
             topics.analog.publish(at, reading);
         }
         topics.blockers.set(Blocker::PartSupply, supply_is_low());
-        topics.checkins.check_in(Critical::Analog);
+        topics.checkins.check_in(CriticalTask::Analog);
     }
 }

@@ -9,7 +9,7 @@ use embassy_time::{Duration, Instant};
 /// A task that must stay alive, and how long it may be silent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(usize)]
-pub enum Critical {
+pub enum CriticalTask {
     /// The control task.
     Drive = 0,
     /// The task of the arm IMU, which checks in even while the IMU is silent.
@@ -22,7 +22,7 @@ pub enum Critical {
 
 /// Number of critical tasks.
 const TASKS: usize = 4;
-/// Longest silence of a task that counts as alive, in the order of [`Critical`]. The tasks of the thread
+/// Longest silence of a task that counts as alive, in the order of [`CriticalTask`]. The tasks of the thread
 /// executor wait for each other, so their silences are longer.
 const SILENCE: [Duration; TASKS] = [
     Duration::from_millis(10),
@@ -48,7 +48,7 @@ impl<M: RawMutex> Checkins<M> {
     }
 
     /// Records that `task` is alive now.
-    pub fn check_in(&self, task: Critical) {
+    pub fn check_in(&self, task: CriticalTask) {
         let now = Instant::now();
         self.last.lock(|cell| {
             if let Some(slot) = cell.as_array_of_cells().get(task as usize) {
@@ -79,11 +79,11 @@ mod tests {
     use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 
     /// The tasks with the silences that docs/safety.md allows them, us.
-    const ALLOWED_US: [(Critical, u64); TASKS] = [
-        (Critical::Drive, 10_000),
-        (Critical::ArmImu, 100_000),
-        (Critical::Analog, 100_000),
-        (Critical::Link, 1_000_000),
+    const ALLOWED_US: [(CriticalTask, u64); TASKS] = [
+        (CriticalTask::Drive, 10_000),
+        (CriticalTask::ArmImu, 100_000),
+        (CriticalTask::Analog, 100_000),
+        (CriticalTask::Link, 1_000_000),
     ];
     /// By when each must have checked in first, us.
     const START_UP_US: u64 = 1_000_000;

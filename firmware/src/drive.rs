@@ -14,7 +14,7 @@ use model::supervise::codes::{BlockerSet, FaultSet};
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 
-use crate::checkins::Critical;
+use crate::checkins::CriticalTask;
 use crate::encoders::Encoders;
 use crate::fault_list::NewFaults;
 use crate::flight_record::{FlightRecord, Recorder};
@@ -151,7 +151,7 @@ where
             worst: cycles.worst.max(total),
         };
         topics.cycles.publish(now, cycles);
-        topics.checkins.check_in(Critical::Drive);
+        topics.checkins.check_in(CriticalTask::Drive);
     }
 }
 

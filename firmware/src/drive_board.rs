@@ -6,9 +6,10 @@
 
 use model::analog::ANALOG_INPUTS;
 use model::board::BoardScales;
+use model::vehicle::BRIDGE_SHARE;
 
 use crate::image::ImageHome;
-use crate::image_seal::FLASH_START;
+use crate::image_seal::{DTCM_BYTES, DTCM_START, FLASH_START};
 use crate::imu::driver;
 
 pub mod encoders;
@@ -17,9 +18,13 @@ pub mod nucleo_f767zi;
 pub mod nucleo_h743zi;
 
 #[cfg(feature = "nucleo-f767zi")]
-pub use nucleo_f767zi::{DUTY_MAX_PERCENT, FLASH_WORD_BYTES, SECTORS_PER_BANK, WATCHDOG_US, analog, inputs, memory};
+pub use nucleo_f767zi::{
+    DUTY_MAX_PERCENT, ENCODER_DIVIDER, FLASH_WORD_BYTES, SECTORS_PER_BANK, WATCHDOG_US, analog, inputs, memory,
+};
 #[cfg(feature = "nucleo-h743zi")]
-pub use nucleo_h743zi::{DUTY_MAX_PERCENT, FLASH_WORD_BYTES, SECTORS_PER_BANK, WATCHDOG_US, analog, inputs, memory};
+pub use nucleo_h743zi::{
+    DUTY_MAX_PERCENT, ENCODER_DIVIDER, FLASH_WORD_BYTES, SECTORS_PER_BANK, WATCHDOG_US, analog, inputs, memory,
+};
 
 #[cfg(all(feature = "nucleo-h743zi", feature = "nucleo-f767zi"))]
 compile_error!("a firmware is built for one board: leave the default features out");
@@ -39,7 +44,7 @@ pub const IMAGE_START: u32 = FLASH_START + (memory::LOADER_SECTORS * FLASH_SECTO
 pub const IMAGE_HOME: ImageHome = ImageHome {
     board: BOARD,
     start: IMAGE_START,
-    stacks: [[0x2000_0000, 128 * 1024], [memory::RAM_START, memory::RAM_BYTES]],
+    stacks: [[DTCM_START, DTCM_BYTES], [memory::RAM_START, memory::RAM_BYTES]],
 };
 
 // The arrived and the kept image fit the place where an image runs, and the three places and the loader do not overlap.
@@ -51,6 +56,16 @@ const _: () = {
     assert!(arrived >= SECTORS_PER_BANK && arrived + IMAGE_SECTORS <= KEPT_SECTOR);
     assert!(KEPT_SECTOR + IMAGE_SECTORS + HISTORY_SECTORS + PARAMETER_SECTORS <= 2 * SECTORS_PER_BANK);
 };
+
+// The rules and the analyses of a vehicle without a board count on the duty that every board gives. For a board that gives less,
+// the rules' constant gets the smallest duty of all boards.
+const _: () = {
+    assert!(nucleo_h743zi::DUTY_MAX_PERCENT as f64 / 100.0 == BRIDGE_SHARE);
+    assert!(nucleo_f767zi::DUTY_MAX_PERCENT as f64 / 100.0 == BRIDGE_SHARE);
+};
+
+/// PWM frequency of the bridges, Hz: inaudible, and slow enough for their drivers.
+pub const PWM_HZ: u32 = 20_000;
 
 /// The converter's channels of the analogue inputs, in order.
 pub const ANALOG_CHANNELS: [u8; ANALOG_INPUTS] = {
@@ -68,7 +83,7 @@ pub const ANALOG_CHANNELS: [u8; ANALOG_INPUTS] = {
 pub const SCALES: BoardScales = BoardScales {
     analog: inputs::INPUTS.scales(),
     duty_max: DUTY_MAX_PERCENT as f32 / 100.0,
-    imu: driver::SCALES,
+    imu: driver::IMU_SCALES,
 };
 
 /// Rate of the host link, baud.

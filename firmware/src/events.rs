@@ -39,7 +39,7 @@ pub enum Event {
     /// The stored set is another firmware's and was read by name.
     SetMigrated {
         /// Number of parameters that the set does not contain; they have their built-in values.
-        defaults: u16,
+        as_built_in: u16,
         /// Number of values that belong to no parameter of this firmware.
         dropped: u16,
     },

@@ -32,6 +32,12 @@ pub const MISSING: u32 = u32::MAX;
 pub const ERASED: u8 = 0xFF;
 /// Address of the flash in the parts' memory.
 pub const FLASH_START: u32 = 0x0800_0000;
+/// Address of the DTCM, the memory without wait states, in every part. The stack has its bottom.
+pub const DTCM_START: u32 = 0x2000_0000;
+/// Size of the DTCM of every part, bytes.
+pub const DTCM_BYTES: u32 = 128 * 1024;
+/// Size of the stack of every program, bytes.
+pub const STACK_BYTES: u32 = 32 * 1024;
 /// Longest image of any board, bytes: a bank of the flash.
 pub const IMAGE_MAX: u32 = 1024 * 1024;
 /// Bytes at the end of an image's place that no image may use. In the place of the arrived image these bytes contain

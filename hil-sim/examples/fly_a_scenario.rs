@@ -32,7 +32,7 @@ pub(crate) fn fly() -> Result<Vec<MetricValue>, Box<dyn Error>> {
         vehicle: None,
         // With its bridges open the vehicle would roll down the slope.
         chocked_until_armed: true,
-        terrain: Terrain::incline(3_f64.to_radians(), 0.8)?,
+        terrain: Terrain::slope(3_f64.to_radians(), 0.8)?,
         // The plant as the vehicle file describes it.
         plant: PlantSettings::default(),
         // The board arms once its estimates have settled.

@@ -51,7 +51,7 @@ pub(crate) fn law() -> impl OwnLaw {
 /// Drives the reference vehicle on the level from rest under `law`; its speed after each period, m/s.
 pub(crate) fn fly(law: &mut dyn OwnLaw, target_m_s: f64) -> Result<Vec<f64>, Box<dyn Error>> {
     let vehicle = vehicle_file::reference()?;
-    let mut plant = Plant::new(&vehicle, &SCALES, Terrain::incline(0.0, 0.8)?, 1)?;
+    let mut plant = Plant::new(&vehicle, &SCALES, Terrain::slope(0.0, 0.8)?, 1)?;
     let duty_max = f64::from(SCALES.duty_max);
     let mut speeds = Vec::new();
     for _ in 0..6_000 {

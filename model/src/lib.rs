@@ -2,7 +2,7 @@
 //! vehicle.
 //!
 //! Every function is a pure step over plain values: `no_std`, no allocation, no hardware, no unsafe.
-//! The drive board, the host simulator and the analysis of the vehicle class use the same code. The
+//! The drive board, the virtual board and the analysis of the vehicle class use the same code. The
 //! dynamics are generic over [`real::Real`]: the vehicle runs them with `f32`, analysis and reference
 //! checks with `f64`.
 #![no_std]

@@ -21,7 +21,8 @@ pub struct Terms {
 }
 
 /// The status of the vehicle after one tick. [`Status::estimate`] contains every estimate; all other fields are
-/// counted, commanded or measured. The default is the status before the first tick: disarmed, nothing measured.
+/// counted, commanded, measured or computed by the laws. The default is the status before the first tick: disarmed,
+/// nothing measured.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Status {

@@ -26,7 +26,7 @@ mod sense;
 pub use decide::Decision;
 use decide::Laws;
 use estimate::Estimator;
-pub use estimate::{Estimated, Sines};
+pub use estimate::{Estimated, STOPPED_M_S, Sines};
 use sense::Sensing;
 
 /// The result of one tick.
@@ -109,7 +109,7 @@ impl VehicleCore {
         self.sensing.step(sample)
     }
 
-    /// Stage 2: angles, rates, slope, pose.
+    /// Stage 2: angles, rates, slope, pose. The laws' intent is that of the last tick.
     // Inlined like `sense`.
     #[allow(clippy::inline_always)]
     #[cfg_attr(not(target_os = "none"), inline(always))]

@@ -150,7 +150,7 @@ proptest! {
         }
     }
 
-    /// In a mirror along the heading, right and left change places, and every quantity across the heading changes its sign.
+    /// In a mirror along the heading, left and right change places, and every quantity across the heading changes its sign.
     #[test]
     fn left_and_right_are_mirror_images(
         p in parameters(), x in states(), u in prop::array::uniform2(-3.0..3.0_f64),

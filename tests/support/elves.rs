@@ -2,7 +2,9 @@
 #![allow(dead_code)] // Each test binary uses part of it.
 
 use firmware::drive_board::IMAGE_START;
-use firmware::image_seal::{BOARD_AT, BUILD_AT, ERASED, MARKER, NUMBERS_AT, SEAL_AT, SEAL_BYTES, VERSION_AT};
+use firmware::image_seal::{
+    BOARD_AT, BUILD_AT, DTCM_START, ERASED, MARKER, NUMBERS_AT, SEAL_AT, SEAL_BYTES, STACK_BYTES, VERSION_AT,
+};
 use hil_elf::seal::seal;
 
 /// A sealed ELF for a board, with an image of `length` bytes.
@@ -13,7 +15,7 @@ pub fn elf(board: u16, length: usize) -> Vec<u8> {
 /// The same, whose ELF places the image at `start`, and whose first instruction lies behind `code`.
 pub fn linked(board: u16, length: usize, start: u32, code: u32) -> Vec<u8> {
     let mut image: Vec<u8> = (0..length).map(|at| ((at * at) >> 3) as u8).collect();
-    image[..4].copy_from_slice(&0x2000_8000_u32.to_le_bytes());
+    image[..4].copy_from_slice(&(DTCM_START + STACK_BYTES).to_le_bytes());
     image[4..8].copy_from_slice(&(code + 0x441).to_le_bytes());
     let seal_bytes = &mut image[SEAL_AT..SEAL_AT + SEAL_BYTES];
     seal_bytes.fill(0);

@@ -39,6 +39,8 @@ struct Names {
     aliases: BTreeMap<String, Place>,
     /// Other places that the module's code and its `use`s name.
     places: BTreeSet<Place>,
+    /// Types that the module implements something for, by their names.
+    implemented: BTreeSet<String>,
 }
 
 impl Crate {
@@ -107,8 +109,30 @@ impl Crate {
         self.modules.len()
     }
 
-    /// Which modules import from which neighbours in the same folder. The modules below a module count as part of it: they are one
-    /// room, in which any direction is allowed.
+    /// What modules import from a module above them that also imports from them: "module: item". A module may name a type of the
+    /// module above it to implement it: a long implementation stands in several files.
+    pub fn imports_from_above(&self) -> Vec<String> {
+        let mut found = BTreeSet::new();
+        for (from, names) in &self.modules {
+            for place in names.places.iter().chain(names.aliases.values()) {
+                let above = self.home(place);
+                let item = place.last().filter(|_| place.len() > above.len());
+                let implements = item.is_some_and(|item| names.implemented.contains(item));
+                if above.len() < from.len() && from.starts_with(&above) && !implements {
+                    let branch = &from[..=above.len()];
+                    let upper = &self.modules[&above];
+                    let mut named = upper.places.iter().chain(upper.aliases.values());
+                    if named.any(|named| self.home(named).starts_with(branch)) {
+                        let item = item.map_or("*", |item| item.as_str());
+                        found.insert(format!("{}: {}::{item}", from.join("::"), above.join("::")));
+                    }
+                }
+            }
+        }
+        found.into_iter().collect()
+    }
+
+    /// Which modules import from which neighbours in the same folder. The modules below a module count as part of it.
     pub fn imports(&self) -> BTreeMap<Place, BTreeSet<Place>> {
         let mut imports: BTreeMap<Place, BTreeSet<Place>> = BTreeMap::new();
         for (from, names) in &self.modules {
@@ -191,6 +215,8 @@ struct Reader<'a> {
     paths: Vec<Place>,
     /// Modules in this one.
     modules: Vec<&'a ItemMod>,
+    /// Types that the module implements something for.
+    implemented: BTreeSet<String>,
 }
 
 impl Reader<'_> {
@@ -203,7 +229,10 @@ impl Reader<'_> {
                     || self.modules.iter().any(|module| module.ident == first)
             })
         };
-        let mut names = Names::default();
+        let mut names = Names {
+            implemented: self.implemented.clone(),
+            ..Names::default()
+        };
         for (path, alias) in self.uses.iter().filter(|(path, _)| inside(path)) {
             if alias == "*" {
                 names.places.insert(place_of(place, path));
@@ -252,6 +281,15 @@ impl<'a> Visit<'a> for Reader<'a> {
 
     fn visit_item_use(&mut self, item: &'a ItemUse) {
         self.read_use(&[], &item.tree);
+    }
+
+    fn visit_item_impl(&mut self, item: &'a syn::ItemImpl) {
+        if let syn::Type::Path(of) = &*item.self_ty
+            && let Some(last) = of.path.segments.last()
+        {
+            self.implemented.insert(last.ident.to_string());
+        }
+        visit::visit_item_impl(self, item);
     }
 
     fn visit_path(&mut self, path: &'a syn::Path) {

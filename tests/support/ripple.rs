@@ -2,11 +2,16 @@
 
 use std::fmt::Write as _;
 
+use firmware::drive_board::nucleo_h743zi::analog::{CONVERTER_HZ, CURRENT_STEP_HALF_CYCLES};
+use firmware::drive_board::{DUTY_MAX_PERCENT, PWM_HZ};
 use model::vehicle::MotorParameters;
-use plant::switching::{Modulation, SwitchedMotor};
 
-/// Time from one current's sample to the next, s: a conversion of 17 cycles at 16 MHz.
-const CURRENT_STEP_S: f64 = 17.0 / 16e6;
+use super::switching::{Modulation, SwitchedMotor};
+
+/// Time from one current's sample to the next, s.
+const CURRENT_STEP_S: f64 = CURRENT_STEP_HALF_CYCLES as f64 / (2.0 * CONVERTER_HZ as f64);
+/// Largest duty of a bridge.
+const MOST: f64 = DUTY_MAX_PERCENT as f64 / 100.0;
 
 /// The motor on its bridge.
 pub fn motor(drive: &MotorParameters<f64>) -> SwitchedMotor {
@@ -14,7 +19,7 @@ pub fn motor(drive: &MotorParameters<f64>) -> SwitchedMotor {
         resistance_ohm: drive.resistance_ohm,
         inductance_h: drive.inductance_h,
         supply_v: 25.2,
-        pwm_hz: 20_000.0,
+        pwm_hz: f64::from(PWM_HZ),
     }
 }
 
@@ -25,7 +30,7 @@ pub fn modulations(motor: &SwitchedMotor) -> String {
     );
     for modulation in Modulation::ALL {
         let at = |duty: f64| motor.periodic(modulation, duty, duty * motor.supply_v);
-        let [none, quarter, half, most] = [0.0, 0.25, 0.5, 0.94].map(|duty| at(duty).ripple_a);
+        let [none, quarter, half, most] = [0.0, 0.25, 0.5, MOST].map(|duty| at(duty).ripple_a);
         let heat_w = at(0.0).ripple_heat_w(motor.resistance_ohm);
         let share = |duty: f64| {
             let asked_a = duty * motor.supply_v / motor.resistance_ohm;
@@ -48,7 +53,7 @@ pub fn samples(motor: &SwitchedMotor) -> String {
     );
     for (name, steps) in [("left", -0.5), ("right", 0.5)] {
         let after_s = steps * CURRENT_STEP_S;
-        let off = [0.1, 0.25, 0.5, 0.94].map(|duty| {
+        let off = [0.1, 0.25, 0.5, MOST].map(|duty| {
             let back_emf_v = duty * motor.supply_v;
             let mean_a = motor.periodic(Modulation::DriveBrake, duty, back_emf_v).mean_a;
             motor.braking_a(duty, back_emf_v, after_s) - mean_a

@@ -112,3 +112,76 @@ impl<'a> Visit<'a> for Sides {
         visit::visit_expr_struct(self, made);
     }
 }
+
+/// The places of a text, of comments, strings, pages or TOML, in which right stands first: "right and left", or the key `right` in
+/// front of the key `left` of the same table. Each is given as the words from one side to the other.
+pub fn right_first_in_text(text: &str) -> Vec<String> {
+    const BETWEEN: [&[&str]; 7] = [
+        &["and"],
+        &["or"],
+        &["and", "the"],
+        &["or", "the"],
+        &[","],
+        &["/"],
+        &["then"],
+    ];
+    let words = words(text);
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    let mut found = Vec::new();
+    for (at, _) in words.iter().enumerate().filter(|(_, word)| **word == "right") {
+        let rest = &words[at + 1..];
+        let phrase = BETWEEN
+            .iter()
+            .any(|between| rest.starts_with(between) && rest.get(between.len()) == Some(&"left"));
+        if phrase || next_key(rest) == Some("left") {
+            found.push(words[at..words.len().min(at + 8)].join(" "));
+        }
+    }
+    found
+}
+
+/// If the words in front of `rest` are a key of TOML: the key that follows its value in the same table.
+fn next_key<'a>(rest: &[&'a str]) -> Option<&'a str> {
+    if *rest.first()? != "=" {
+        return None;
+    }
+    let mut depth = 0_i32;
+    for (at, word) in rest.iter().enumerate().skip(1) {
+        match *word {
+            "{" => depth += 1,
+            "}" => depth -= 1,
+            // The end of a statement, or of the text in quotes.
+            ";" | "\"" => return None,
+            // The head of another table.
+            "[" if !["=", ",", "["].contains(&rest[at - 1]) => return None,
+            _ => {}
+        }
+        let is_key = word.starts_with(|c: char| c.is_ascii_alphabetic()) && rest.get(at + 1) == Some(&"=");
+        if depth < 0 || (depth == 0 && is_key) {
+            return (depth == 0).then_some(word);
+        }
+    }
+    None
+}
+
+/// The words of a text in small letters, and its punctuation except the marks of comments; `\n` in a string is a blank.
+fn words(text: &str) -> Vec<String> {
+    let text = text
+        .replace("\\n", " ")
+        .replace("///", " ")
+        .replace("//!", " ")
+        .replace("//", " ")
+        .to_lowercase();
+    let mut words: Vec<String> = Vec::new();
+    let mut open = false;
+    for letter in text.chars() {
+        let in_word = letter.is_alphanumeric() || letter == '_' || letter == '-';
+        match words.last_mut() {
+            Some(word) if in_word && open => word.push(letter),
+            _ if !letter.is_whitespace() && letter != '\\' => words.push(letter.to_string()),
+            _ => {}
+        }
+        open = in_word;
+    }
+    words
+}

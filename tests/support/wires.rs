@@ -37,7 +37,7 @@ pub fn messages(bytes: &[u8]) -> Vec<HostMessage> {
 }
 
 /// Events beside the wire: called with the bench and the time since the wire was made, us.
-pub type World = Box<dyn FnMut(&mut Bench, u64)>;
+pub type Scenery = Box<dyn FnMut(&mut Bench, u64)>;
 
 /// The virtual board at the end of a wire that may be cut.
 pub struct BoardWire {
@@ -45,7 +45,7 @@ pub struct BoardWire {
     waiting: Vec<u8>,
     pub sent: Rc<RefCell<Vec<u8>>>,
     pub cut_at_us: u64,
-    pub world: World,
+    pub world: Scenery,
     /// Seconds of the host's clock per second of the board's.
     pub host_rate: f64,
     started_us: u64,

@@ -12,7 +12,7 @@ pub const fn filter_ns(clock_hz: u32, divider: u32) -> u32 {
     (SAMPLES * divider * 1000).div_ceil(clock_hz / 1_000_000)
 }
 
-/// Shortest pulse that passes the filter of the NUCLEO-H743ZI2, ns.
+/// Shortest pulse that passes the filter of the NUCLEO-H743ZI2, ns. The pages and the tests read it.
 pub const FILTER_NS: u32 = filter_ns(nucleo_h743zi::ENCODER_CLOCK_HZ, nucleo_h743zi::ENCODER_DIVIDER);
 
 #[cfg(test)]

@@ -102,7 +102,7 @@ const SENSORS: [RegisterSetting; 3] = [
     },
 ];
 /// Scales of the words at these ranges: 16 bits over +-1000 deg/s and over +-8 g.
-pub const SCALES: ImuScales = ImuScales {
+pub const IMU_SCALES: ImuScales = ImuScales {
     // 32768 counts over 1000 deg/s. The data sheet's table rounds this to 32.8, which would turn a heading by 1 in 1000.
     gyro_lsb_per_deg_s: 32.768,
     accel_lsb_per_g: 4096.0,

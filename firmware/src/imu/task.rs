@@ -6,7 +6,7 @@ use embedded_hal_async::spi::SpiDevice;
 use model::sample::ImuRaw;
 
 use super::driver::{Icm42688p, ImuError, WHO_AM_I_VALUE};
-use crate::checkins::Critical;
+use crate::checkins::CriticalTask;
 use crate::events::Event;
 use crate::hardware::Place;
 use crate::ticks::every_tick;
@@ -72,7 +72,7 @@ async fn serve<M: RawMutex, S: SpiDevice<u16>>(topics: &Topics<M>, place: Place,
 
 fn check_in<M: RawMutex>(topics: &Topics<M>, place: Place) {
     if place == Place::Arm {
-        topics.checkins.check_in(Critical::ArmImu);
+        topics.checkins.check_in(CriticalTask::ArmImu);
     }
 }
 

@@ -5,7 +5,7 @@ use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Ticker};
 use embedded_io_async::Write;
 
-use crate::checkins::Critical;
+use crate::checkins::CriticalTask;
 use crate::drive_board::LINK_BAUD;
 use crate::hardware::ClockSource;
 use crate::protocol::frame::encode;
@@ -47,7 +47,7 @@ pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Write, boot: u3
         );
         match next.await {
             Either5::First(()) => {
-                topics.checkins.check_in(Critical::Link);
+                topics.checkins.check_in(CriticalTask::Link);
                 if let Some(hz) = topics.status_rate.take()
                     && hz != rate_hz
                 {

@@ -81,7 +81,7 @@ pub(super) struct ByName {
     /// The parameters.
     pub parameters: VehicleParameters<f32>,
     /// Number of parameters that the set did not contain; they have their built-in values.
-    pub defaults: u16,
+    pub as_built_in: u16,
     /// Number of values of the set whose names match no parameter.
     pub dropped: u16,
 }
@@ -102,7 +102,7 @@ pub(super) fn read_with(
 ) -> Result<ByName, u16> {
     let mut read = ByName {
         parameters: *built_in,
-        defaults: 0,
+        as_built_in: 0,
         dropped: 0,
     };
     let mut taken = 0;
@@ -113,7 +113,7 @@ pub(super) fn read_with(
                 read.parameters.set(number, value).map_err(|_| number)?;
                 taken += 1;
             }
-            None => read.defaults += 1,
+            None => read.as_built_in += 1,
         }
     }
     read.dropped = (stored.values.len() as u16).saturating_sub(taken);

@@ -42,7 +42,7 @@ pub enum BootOutcome {
     /// The stored set, which firmware with other parameters wrote, read by the parameters' names.
     Migrated {
         /// Number of parameters that the set does not contain; they have their built-in values.
-        defaults: u16,
+        as_built_in: u16,
         /// Number of the set's values that belong to no parameter of this firmware.
         dropped: u16,
     },
@@ -269,11 +269,11 @@ impl<F: NorFlash> ParameterStore<F> {
             Ok(read) => read,
             Err(number) => return not_believed(Disbelief::OutOfRange(number)),
         };
-        let outcome = if stored.present_format && read.defaults == 0 && read.dropped == 0 {
+        let outcome = if stored.present_format && read.as_built_in == 0 && read.dropped == 0 {
             BootOutcome::Stored
         } else {
             BootOutcome::Migrated {
-                defaults: read.defaults,
+                as_built_in: read.as_built_in,
                 dropped: read.dropped,
             }
         };

@@ -20,9 +20,9 @@ pub async fn boot<F: NorFlash>(store: &mut ParameterStore<F>, built_in: &Vehicle
     match booted.outcome {
         BootOutcome::Stored => info!("parameters: stored set"),
         BootOutcome::NothingStored => info!("parameters: nothing stored, built-in set"),
-        BootOutcome::Migrated { defaults, dropped } => warning!(
+        BootOutcome::Migrated { as_built_in, dropped } => warning!(
             "parameters: set of another firmware, read by name: {} new ones as built in, {} unknown ones dropped",
-            defaults,
+            as_built_in,
             dropped
         ),
         BootOutcome::NotBelieved(why) => {
@@ -58,7 +58,7 @@ pub async fn run<M: RawMutex, F: NorFlash>(
     topics.parameters_pending.publish(Instant::now(), lost);
     match booted.outcome {
         BootOutcome::Stored | BootOutcome::NothingStored => {}
-        BootOutcome::Migrated { defaults, dropped } => topics.log.push(Event::SetMigrated { defaults, dropped }),
+        BootOutcome::Migrated { as_built_in, dropped } => topics.log.push(Event::SetMigrated { as_built_in, dropped }),
         BootOutcome::NotBelieved(_) => topics.log.push(Event::SetLost),
     }
     loop {
@@ -80,10 +80,10 @@ pub async fn run<M: RawMutex, F: NorFlash>(
                 changed_at = Instant::now();
                 stage.write(number, value)
             }
-            ParameterRequest::Defaults => {
+            ParameterRequest::BuiltIn => {
                 changed_at = Instant::now();
                 stage.stage(built_in.parameters());
-                ParameterAnswer::DefaultsReady
+                ParameterAnswer::BuiltInReady
             }
             ParameterRequest::Discard => {
                 stage.discard();

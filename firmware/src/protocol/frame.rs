@@ -16,7 +16,7 @@ const PAYLOAD_MAX: usize = FRAME_MAX - 1 - FRAME_MAX.div_ceil(255);
 /// Bytes that the checksum processes at once. On the board this is one, because each further byte needs 512 bytes of
 /// flash.
 const CHECKSUM_BYTES: usize = if cfg!(target_os = "none") { 1 } else { 16 };
-static CHECKSUM: Crc<u16, Table<CHECKSUM_BYTES>> = Crc::<u16, Table<CHECKSUM_BYTES>>::new(&CRC_16_IBM_3740);
+static FRAME_CHECKSUM: Crc<u16, Table<CHECKSUM_BYTES>> = Crc::<u16, Table<CHECKSUM_BYTES>>::new(&CRC_16_IBM_3740);
 const CHECKSUM_LEN: usize = 2;
 
 /// A frame ready for the wire.
@@ -59,7 +59,7 @@ fn fill(wire: &mut [u8], write: impl FnOnce(&mut [u8]) -> Option<usize>) -> Opti
     let payload = wire.get_mut(1..=PAYLOAD_MAX)?;
     let length = write(payload.get_mut(..PAYLOAD_MAX - CHECKSUM_LEN)?)?;
     let (message, rest) = payload.split_at_mut_checked(length)?;
-    let checksum = CHECKSUM.checksum(message).to_le_bytes();
+    let checksum = FRAME_CHECKSUM.checksum(message).to_le_bytes();
     *rest.first_chunk_mut()? = checksum;
     let end = stuff(wire, length + CHECKSUM_LEN)?;
     *wire.get_mut(end)? = 0;
@@ -186,7 +186,7 @@ impl Default for Decoder {
 fn decode<T: DeserializeOwned>(frame: &mut [u8]) -> Option<T> {
     let payload = unstuff(frame)?;
     let (message, checksum) = payload.split_at_checked(payload.len().checked_sub(CHECKSUM_LEN)?)?;
-    if CHECKSUM.checksum(message).to_le_bytes() != checksum {
+    if FRAME_CHECKSUM.checksum(message).to_le_bytes() != checksum {
         return None;
     }
     match postcard::take_from_bytes(message) {

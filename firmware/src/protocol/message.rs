@@ -154,7 +154,7 @@ pub enum ParameterRequest {
     /// while disarmed. A refused store drops every staged change.
     Store,
     /// Stage the built-in set, not in force before [`ParameterRequest::Store`].
-    Defaults,
+    BuiltIn,
     /// Return one value of the staged set, which is the set in force if nothing is staged.
     ReadStaged {
         /// Its number.
@@ -199,7 +199,7 @@ pub enum ParameterAnswer {
     /// The set is stored and in force.
     Stored,
     /// The built-in set is ready to be stored.
-    DefaultsReady,
+    BuiltInReady,
     /// All staged changes are dropped.
     Discarded,
 }

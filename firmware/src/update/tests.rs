@@ -11,8 +11,8 @@ use crate::drive_board::{BOARD, IMAGE_HOME, IMAGE_START};
 use crate::flash_region::FlashRegion;
 use crate::image::{CHECKSUM, Image, image_in};
 use crate::image_seal::{
-    BOARD_AT, BUILD_AT, ERASED, FLASH_START, JOURNAL_BYTES, MARKER, NUMBERS_AT, NUMBERS_BYTES, SEAL_AT, SEAL_BYTES,
-    VERSION_AT, image_room,
+    BOARD_AT, BUILD_AT, DTCM_START, ERASED, FLASH_START, JOURNAL_BYTES, MARKER, NUMBERS_AT, NUMBERS_BYTES, SEAL_AT,
+    SEAL_BYTES, STACK_BYTES, VERSION_AT, image_room,
 };
 use crate::protocol::message::{UPDATE_BYTES, UpdateRefusal, UpdateState};
 use crate::test_flash::{FLASH_WORD, PAGE, TestFlash};
@@ -27,8 +27,8 @@ const ARRIVED: usize = PLACE_PAGES;
 const KEPT: usize = 2 * PLACE_PAGES;
 const STORES: usize = 3 * PLACE_PAGES;
 
-/// The end of a stack, as `memory.x` has it.
-const STACK_END: u32 = 0x2000_8000;
+/// The end of the programs' stack.
+const STACK_END: u32 = DTCM_START + STACK_BYTES;
 
 type Shared = Mutex<NoopRawMutex, TestFlash>;
 type Region<'a> = FlashRegion<'a, NoopRawMutex, TestFlash>;

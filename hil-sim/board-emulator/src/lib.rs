@@ -8,7 +8,7 @@
 //! | [`time`], [`error`](Error) | units of virtual time; why a run fails | |
 //! | `part` | the emulated STM32H743, as this board needs it | |
 //! | [`board`] | what is wired to the part's pins; [`board::gaps`], where the emulated part falls short | `part` |
-//! | [`vehicle`] | what moves around the board: the simulator's plant, a test bench, stored parameters | `board` |
+//! | [`vehicle`] | what moves around the board: the plant, a test bench, stored parameters | `board` |
 //! | [`elf`] | the firmware under test: how it is built and read, its log, its flight record | |
 //! | [`run`] | a run in virtual time, and scenarios driven through it | all of the above |
 //!

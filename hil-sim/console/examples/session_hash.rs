@@ -6,13 +6,13 @@ use std::error::Error;
 
 use model::command::Request;
 use vehicle_console::operator_link::OperatorLink;
-use vehicle_console::simulation::{PageWorld, Simulation, default_drive_hash};
+use vehicle_console::simulation::{PageScene, Simulation, default_drive_hash};
 
 /// Steps of the session, 10 ms each.
 const STEPS: u32 = 1500;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let mut board = Simulation::boot(&PageWorld::default())?;
+    let mut board = Simulation::boot(&PageScene::default())?;
     let mut link = OperatorLink::new(7);
     link.operate(true);
     for step in 0..STEPS {

@@ -77,8 +77,8 @@ export class Link {
     return this.module.text("link_change");
   }
 
-  defaults() {
-    this.module.call("link_defaults");
+  builtIn() {
+    this.module.call("link_built_in");
   }
 
   compare(text) {

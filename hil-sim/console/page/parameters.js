@@ -19,7 +19,7 @@ export class Parameters {
       this.changes.clear();
       this.show();
     });
-    element("defaults").addEventListener("click", () => this.link?.defaults());
+    element("built-in").addEventListener("click", () => this.link?.builtIn());
     element("save").addEventListener("click", () => this.save());
     element("load").addEventListener("change", ({ target }) => this.load(target));
   }

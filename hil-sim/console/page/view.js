@@ -125,7 +125,7 @@ export class SideView {
     const notes = truth
       ? [
           `load ${sum(truth.normal_n).toFixed(0)} N`,
-          `traction ${fixed(sum(truth.longitudinal_n), 0)} N`,
+          `force ${fixed(sum(truth.longitudinal_n), 0)} N`,
           slides ? `SLIDES ${Math.max(...truth.slip_m_s.map(Math.abs)).toFixed(2)} m/s` : "rolls",
           truth.lifted.some(Boolean) ? "OFF THE GROUND" : truth.chocked ? "chocked" : "",
         ]

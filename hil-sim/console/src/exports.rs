@@ -97,7 +97,7 @@ pub extern "C" fn board_look() -> usize {
     put_json(&with_board(|board| Some(board.look())))
 }
 
-/// Hash of the board's whole output.
+/// Hash of the board's whole output. For tests.
 #[unsafe(no_mangle)]
 pub extern "C" fn board_hash() -> u64 {
     with_board(|board| board.hash())
@@ -181,8 +181,8 @@ pub extern "C" fn link_change() -> usize {
 
 /// Restores the firmware's built-in set.
 #[unsafe(no_mangle)]
-pub extern "C" fn link_defaults() {
-    with_link(OperatorLink::defaults);
+pub extern "C" fn link_built_in() {
+    with_link(OperatorLink::built_in);
 }
 
 /// Differences between a vehicle file and the set in force.

@@ -334,8 +334,8 @@ impl OperatorLink {
     }
 
     /// Restores the firmware's built-in set.
-    pub fn defaults(&mut self) {
-        self.begin_work(ParameterWork::defaults);
+    pub fn built_in(&mut self) {
+        self.begin_work(ParameterWork::built_in);
     }
 
     fn begin_work(&mut self, begin: impl FnOnce(&VehicleParameters<f32>) -> ParameterWork) {

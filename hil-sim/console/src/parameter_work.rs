@@ -66,10 +66,10 @@ impl ParameterWork {
     }
 
     /// Restores the built-in set and reads it.
-    pub fn defaults(kind: &VehicleParameters<f32>) -> Self {
+    pub fn built_in(kind: &VehicleParameters<f32>) -> Self {
         let mut work = Self::reading(kind);
         work.questions.push_front(ParameterRequest::Store);
-        work.questions.push_front(ParameterRequest::Defaults);
+        work.questions.push_front(ParameterRequest::BuiltIn);
         Self::of(kind, work.questions)
     }
 
@@ -148,7 +148,7 @@ impl ParameterWork {
             ) if number == *echoed && value.to_bits() == changed.to_bits() => {}
             (ParameterRequest::Store, ParameterAnswer::Stored)
             | (ParameterRequest::Discard, ParameterAnswer::Discarded)
-            | (ParameterRequest::Defaults, ParameterAnswer::DefaultsReady) => {}
+            | (ParameterRequest::BuiltIn, ParameterAnswer::BuiltInReady) => {}
             (_, ParameterAnswer::Inconsistent { number }) => return WorkProgress::Failed(self.contradiction(*number)),
             _ => return WorkProgress::Failed(not_changed_words(answer)),
         }

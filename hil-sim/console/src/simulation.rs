@@ -12,10 +12,10 @@ use virtual_board::scenario::{Action, Backend, Scenario, Step, VirtualBackend, r
 
 use crate::surface;
 
-/// The world that the page requests.
+/// The scene that the page requests: vehicle, ground and events.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct PageWorld {
+pub struct PageScene {
     /// Name of a shipped scenario with the ground and the events; level ground if empty.
     pub scenario: String,
     /// Text of the vehicle's file; the reference vehicle if empty.
@@ -56,13 +56,13 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// Boots a board in this simulated world.
+    /// Boots a board in this scene.
     ///
     /// # Errors
-    /// The error in the world's description, as text.
-    pub fn boot(world: &PageWorld) -> Result<Self, String> {
-        let scenario = scenario(world)?;
-        let vehicle = vehicle(&world.vehicle)?;
+    /// The error in the scene's description, as text.
+    pub fn boot(scene: &PageScene) -> Result<Self, String> {
+        let scenario = scenario(scene)?;
+        let vehicle = vehicle(&scene.vehicle)?;
         let plant = scenario.plant(&vehicle).map_err(|error| error.to_string())?;
         let backend = VirtualBackend::boot(&vehicle, plant).map_err(|error| error.to_string())?;
         Ok(Self {
@@ -146,16 +146,16 @@ impl Simulation {
     }
 }
 
-/// The scenario of a world.
-fn scenario(world: &PageWorld) -> Result<Scenario, String> {
-    if world.scenario.is_empty() {
-        let slope = world.slope_rad;
+/// The scenario of a scene.
+fn scenario(scene: &PageScene) -> Result<Scenario, String> {
+    if scene.scenario.is_empty() {
+        let slope = scene.slope_rad;
         let text = format!(
             "title = \"page\"\nduration_s = 1.0\n[terrain.plane]\nslope_x_rad = {slope:?}\nslope_y_rad = 0.0\n"
         );
         return Scenario::parse("page", &text).map_err(|error| error.to_string());
     }
-    shipped::find(std::path::Path::new(&world.scenario)).map_err(|error| error.to_string())
+    shipped::find(std::path::Path::new(&scene.scenario)).map_err(|error| error.to_string())
 }
 
 /// The vehicle that a file's text describes.

@@ -48,7 +48,7 @@ mod tests {
     #[test]
     fn a_kerb_stands_where_it_is_and_the_plane_is_flat() {
         let (plane, friction) = (Plane::default(), Friction::default());
-        let kerb = Feature::Step {
+        let kerb = Feature::Edge {
             at_m: 3.0,
             height_m: 0.05,
         };

@@ -132,7 +132,7 @@ async function parameters() {
     input.dispatchEvent(new Event("change"));
   })()`);
   await page.until(`${text("log")}.includes("mine.toml: 1 parameters differ")`);
-  await page.click("defaults");
+  await page.click("built-in");
   await page.until("/comfort_s = 0\\.2\\n/.test(console_.app.link.vehicleFile())");
 }
 

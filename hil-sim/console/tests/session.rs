@@ -6,7 +6,7 @@ use vehicle_console::operator_link::OperatorLink;
 use vehicle_console::parameter_work::differences;
 use vehicle_console::recording::mcap;
 use vehicle_console::replay::PageReplay;
-use vehicle_console::simulation::{PageWorld, Simulation};
+use vehicle_console::simulation::{PageScene, Simulation};
 
 /// Board and operator, which exchange bytes every 10 ms.
 struct Session {
@@ -25,7 +25,7 @@ impl Session {
         let mut link = OperatorLink::new(5);
         link.operate(true);
         Self {
-            board: Simulation::boot(&PageWorld::default()).expect("the reference vehicle"),
+            board: Simulation::boot(&PageScene::default()).expect("the reference vehicle"),
             link,
             now_us: 0,
             command: Some(0.0),

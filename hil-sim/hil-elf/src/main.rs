@@ -41,7 +41,7 @@ fn run() -> io::Result<bool> {
     elf.map_or(Ok(false), |elf| test(&elf))
 }
 
-/// Runs the emulated board's tests on `elf`, with this program's arguments, and tells what they cost; returns whether they
+/// Runs the emulated board's tests on `elf`, with this program's arguments, and prints what they cost; returns whether they
 /// passed.
 fn test(elf: &Path) -> io::Result<bool> {
     if !tests(elf).arg("--no-run").status()?.success() {

@@ -10,7 +10,7 @@ use plant::{BridgeState, Plant};
 fn main() {
     let vehicle = vehicle_file::read_vehicle(Path::new("vehicles/reference.toml")).expect("the reference vehicle");
     for (name, friction) in [("rolling", 0.8), ("slipping", 0.01)] {
-        let terrain = Terrain::incline(0.0873, friction).expect("a terrain");
+        let terrain = Terrain::slope(0.0873, friction).expect("a terrain");
         let mut plant = Plant::new(&vehicle, &BoardScales::EXAMPLE, terrain, 1).expect("a plant");
         for imu in [0, 1] {
             let chip = if imu == 0 {

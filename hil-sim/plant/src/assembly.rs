@@ -5,13 +5,14 @@ use model::sample::Motor;
 use model::vehicle::{MotorParameters, Vehicle};
 
 use crate::analog::AnalogConverter;
+use crate::battery::Battery;
 use crate::body::Body;
 use crate::bridge_heat::BridgeHeat;
 use crate::encoder::Encoder;
 use crate::gear::{GEARS, Gear};
 use crate::icm42688p::Icm42688pModel;
 use crate::imu::ImuErrors;
-use crate::motor::{Battery, DcMotor};
+use crate::motor::DcMotor;
 use crate::noise::Noise;
 use crate::settings::{DriveSettings, PlantSettings};
 use crate::supply::Supply;

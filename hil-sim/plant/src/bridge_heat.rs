@@ -102,7 +102,8 @@ impl BridgeHeat {
     }
 
     /// The temperatures of the silicon, C.
-    pub(crate) fn temperatures_c(&self) -> [f64; MOTORS] {
+    #[cfg(test)]
+    fn temperatures_c(&self) -> [f64; MOTORS] {
         self.rise_k.map(|rise_k| AIR_C + rise_k)
     }
 }

@@ -122,11 +122,6 @@ impl Plant {
         self.bridge_heat.any_shut()
     }
 
-    /// Temperatures of the bridges' silicon, C.
-    pub fn bridge_temperatures_c(&self) -> [f64; MOTORS] {
-        self.bridge_heat.temperatures_c()
-    }
-
     /// Currents through the bridges, which the board's sensors measure.
     pub fn bridge_current_a(&self) -> [f64; MOTORS] {
         let currents_a =

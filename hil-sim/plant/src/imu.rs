@@ -21,9 +21,9 @@ use imperfection::{Imperfection, ImuSettings, Temperature, Vibration};
 /// Specific force in m/s^2 and angular rate in rad/s in the sensor's axes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Motion {
-    /// Acceleration less gravity.
+    /// Acceleration less gravity, in m/s^2.
     pub specific_force: [f64; 3],
-    /// Angular rate.
+    /// Angular rate, in rad/s.
     pub rate: [f64; 3],
 }
 

@@ -15,6 +15,7 @@ use model::sample::{MOTORS, Motor};
 
 pub mod analog;
 mod assembly;
+pub mod battery;
 pub mod body;
 mod bridge_heat;
 mod disturb;
@@ -28,7 +29,6 @@ pub mod noise;
 mod ranges;
 pub mod settings;
 mod supply;
-pub mod switching;
 pub mod terrain;
 #[cfg(test)]
 mod tests;
@@ -37,6 +37,7 @@ mod validity;
 pub mod wiring;
 
 use analog::AnalogConverter;
+use battery::Battery;
 use body::{Body, JointTorque, LEFT, PHI, RIGHT};
 use bridge_heat::BridgeHeat;
 use encoder::Encoder;
@@ -44,7 +45,7 @@ use gear::{GEARS, Gear};
 use icm42688p::Icm42688pModel;
 use imu::motion_at;
 pub use motor::BridgeState;
-use motor::{Battery, DcMotor, Span};
+use motor::{DcMotor, Span};
 use supply::Supply;
 use terrain::Ground;
 pub use truth::{Glance, Truth};
@@ -294,7 +295,7 @@ impl Plant {
         self.has_spar.then_some(&mut self.spar_imu)
     }
 
-    /// The battery, mutable.
+    /// The battery, mutable. For tests.
     pub fn battery_mut(&mut self) -> &mut Battery {
         &mut self.battery
     }
@@ -304,7 +305,7 @@ impl Plant {
         &self.body
     }
 
-    /// The bodies, mutable, to set a state.
+    /// The bodies, mutable, to set a state. For tests.
     pub fn body_mut(&mut self) -> &mut Body {
         &mut self.body
     }

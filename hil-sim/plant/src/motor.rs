@@ -1,4 +1,4 @@
-//! Brushed DC motors on H-bridges, and the battery they share.
+//! Brushed DC motors on H-bridges.
 //!
 //! The model averages a bridge over its PWM period: the bridge applies `duty x battery` to the motor, or is
 //! open, and then only its body diodes conduct. The armature obeys `L i' = V - R i - K omega`. Over a
@@ -13,11 +13,9 @@
 //! so no substep is too long for it. With L = 0 both E and P vanish, which is the quasi-static motor. Rates
 //! and torques are at the gearbox output.
 
-mod battery;
 #[cfg(test)]
 mod tests;
 
-pub use battery::Battery;
 use model::vehicle::MotorParameters;
 
 use super::body::JointTorque;
@@ -235,7 +233,7 @@ impl DcMotor {
     /// The motor's current from the battery over a span as a linear function `a + b V` of the battery's
     /// voltage, at the joint's rate `rate`. `last_v` decides whether the bridge chops.
     #[inline]
-    fn battery_load(&self, span: Span, bridge: BridgeState, last_v: f64, rate: f64) -> (f64, f64) {
+    pub(crate) fn battery_load(&self, span: Span, bridge: BridgeState, last_v: f64, rate: f64) -> (f64, f64) {
         let Armature {
             share,
             mean_conductance: conductance,

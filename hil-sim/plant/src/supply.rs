@@ -3,7 +3,7 @@
 
 use serde::Deserialize;
 
-use crate::motor::Battery;
+use crate::battery::Battery;
 use crate::ranges::{SettingsError, within};
 
 /// A battery with a charge.

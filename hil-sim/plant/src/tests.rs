@@ -51,8 +51,8 @@ fn terrain(text: &str) -> Terrain {
     toml::from_str(text).unwrap()
 }
 
-fn incline(slope_x_rad: f64) -> Terrain {
-    Terrain::incline(slope_x_rad, 0.8).unwrap()
+fn slope(slope_x_rad: f64) -> Terrain {
+    Terrain::slope(slope_x_rad, 0.8).unwrap()
 }
 
 fn drive(left: f64, right: f64, camera: f64) -> [BridgeState; MOTORS] {
@@ -76,7 +76,7 @@ fn read_imu(chip: &mut Icm42688pModel) -> [i16; 6] {
 
 #[test]
 fn on_the_level_it_stands_and_its_sensors_say_so() {
-    let mut plant = Plant::new(&reference_vehicle(), &SCALES, incline(0.0), 3).unwrap();
+    let mut plant = Plant::new(&reference_vehicle(), &SCALES, slope(0.0), 3).unwrap();
     start_imu(plant.arm_imu());
     start_imu(plant.spar_imu().unwrap());
     for _ in 0..500 {
@@ -110,7 +110,7 @@ fn on_the_level_it_stands_and_its_sensors_say_so() {
 
 #[test]
 fn a_disarmed_vehicle_rolls_away_and_is_not_righted() {
-    let mut plant = Plant::new(&reference_vehicle(), &SCALES, incline(0.0873), 3).unwrap();
+    let mut plant = Plant::new(&reference_vehicle(), &SCALES, slope(0.0873), 3).unwrap();
     for _ in 0..3000 {
         plant.advance(1e-3, &OPEN);
     }
@@ -127,7 +127,7 @@ fn a_disarmed_vehicle_rolls_away_and_is_not_righted() {
     // per side.
     let mut parameters = *reference_vehicle().parameters();
     parameters.drive_motor.coulomb_friction_n_m = 5.0;
-    let mut held = Plant::new(&Vehicle::new(parameters).unwrap(), &SCALES, incline(0.0873), 3).unwrap();
+    let mut held = Plant::new(&Vehicle::new(parameters).unwrap(), &SCALES, slope(0.0873), 3).unwrap();
     for _ in 0..10_000 {
         held.advance(1e-3, &OPEN);
         // Arm and wheels rock as one body.
@@ -139,7 +139,7 @@ fn a_disarmed_vehicle_rolls_away_and_is_not_righted() {
         );
     }
     // With chocks the vehicle stands; without them it rolls.
-    let mut plant = Plant::new(&reference_vehicle(), &SCALES, incline(0.0873), 3).unwrap();
+    let mut plant = Plant::new(&reference_vehicle(), &SCALES, slope(0.0873), 3).unwrap();
     plant.set_chocked(true);
     for _ in 0..1000 {
         plant.advance(1e-3, &OPEN);

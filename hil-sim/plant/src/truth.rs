@@ -69,7 +69,7 @@ pub struct Glance {
     /// Positions, with angles from the plane's normal, and speeds, by the indices of [`super::body`].
     pub(crate) position: [f64; 9],
     pub(crate) speed: [f64; 9],
-    /// Contacts of the right and the left wheel.
+    /// Contacts of the left and the right wheel.
     pub(crate) wheels: [WheelContact; 2],
     pub(crate) path_slopes: [f64; 2],
     pub(crate) gravity: Gravity,

@@ -1,4 +1,4 @@
-//! Writes an MCAP file that breaks off anew, with its end: the index by which other tools find what it contains.
+//! Rewrites a truncated MCAP file with its end: the index by which other tools find what it contains.
 
 use std::io::{self, Write};
 

@@ -234,7 +234,7 @@ impl StatusStory {
             at_s: 0.0,
             for_s: None,
             kind: EventKind::Restart,
-            text: "the board starts anew".to_owned(),
+            text: "the board restarts".to_owned(),
         }
     }
 }

@@ -107,7 +107,8 @@ const RESERVE_BYTES: usize = 2 << 20;
 
 /// A file that grows under its own name and keeps everything that was written, whatever ends the program.
 ///
-/// It keeps room on its disk. Once the disk is full, the next flush tells so, and the room serves what completes the file.
+/// It keeps room on its disk. Once the disk is full, the next flush returns that error, and the reserved room takes the
+/// end of the file.
 #[derive(Debug)]
 pub struct GrowingFile {
     part: ReservedOutput<BufWriter<File>, File>,

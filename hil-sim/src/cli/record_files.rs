@@ -11,7 +11,7 @@ const FILE_MAX_BYTES: u64 = 1 << 30;
 
 /// What a user can do with an MCAP file that was cut off before its end.
 pub const REPAIR_MCAP: &str =
-    "`hil-sim replay FILE --repair NEW.mcap`, where there is room, writes it anew with the index that it lacks";
+    "`hil-sim replay FILE --repair NEW.mcap`, on a disk with room, rewrites it with its missing index";
 
 /// What a user can do with the record at `path` if it was cut off before its end.
 pub fn if_cut(path: &Path) -> &'static str {

@@ -49,8 +49,8 @@ pub struct Arguments {
     /// replayed, as those of `link look-back`; must not exist
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Write a .mcap record that breaks off, as a killed tool or a full disk leaves it, anew with its index, whatever can be
-    /// replayed of it: NAME.mcap; must not exist
+    /// Rewrite a truncated .mcap record, as a killed tool or a full disk leaves it, with its index, even if it cannot be
+    /// replayed: NAME.mcap; must not exist
     #[arg(long, value_name = "FILE", conflicts_with_all = ["vehicle", "until", "as_test", "mcap", "csv", "json"])]
     repair: Option<PathBuf>,
     /// Print exactly one JSON object on stdout
@@ -121,7 +121,7 @@ struct ReplayJson {
     boots: Vec<BootJson>,
     lost_blocks: u32,
     unreadable: u32,
-    /// Whether the file has its end; one that breaks off may lack the last ticks.
+    /// Whether the file has its end; a truncated one may lack the last ticks.
     ends: bool,
     difference: Option<DifferenceJson>,
     ok: bool,
@@ -350,7 +350,7 @@ fn table(result: &ReplayJson) -> String {
     }
     if !result.ends {
         lines.push(format!(
-            "the file breaks off: what the vehicle did last may be missing; {REPAIR_MCAP}"
+            "the file is truncated: what the vehicle did last may be missing; {REPAIR_MCAP}"
         ));
     }
     lines.push(match &result.difference {

@@ -3,7 +3,7 @@
 
 use model::control::speed_law::SpeedLaw;
 use model::dynamics::planar::PlanarParameters;
-use theory::analysis::critical::{Direction, NoLimit, critical_within};
+use theory::analysis::critical::{Direction, NoCriticalValue, critical_within};
 use theory::analysis::envelope::{EnvelopeBudget, NoEnvelope, envelope, slopes};
 use theory::analysis::equilibrium::static_phi;
 use theory::analysis::input::Input;
@@ -75,7 +75,7 @@ fn a_search_for_a_limit_makes_no_more_steps_than_its_budget() {
                 let budget = StepBudget::of(STEPS);
                 let found = critical_within(&budget, &p, &input, start, direction);
                 assert!(budget.spent() <= STEPS, "{name}, {what}: {}", budget.spent());
-                if let Err(NoLimit::TooLong { steps, .. }) = found {
+                if let Err(NoCriticalValue::TooLong { steps, .. }) = found {
                     assert_eq!((steps, budget.spent()), (STEPS, STEPS), "{name}, {what}");
                     ended[0] += 1;
                 } else {
@@ -127,7 +127,13 @@ fn an_envelope_ends_with_its_points_or_with_their_sum() {
     assert_eq!(whole.len(), 10);
     let found = of(STEPS, 1_000_000);
     assert!(
-        matches!(found, Err(NoEnvelope::NoLimit(NoLimit::TooLong { steps: STEPS, .. }))),
+        matches!(
+            found,
+            Err(NoEnvelope::NoCriticalValue(NoCriticalValue::TooLong {
+                steps: STEPS,
+                ..
+            }))
+        ),
         "{found:?}"
     );
     // Bisects for the smallest shared budget that suffices: below it there is no envelope, and from it on always the same.

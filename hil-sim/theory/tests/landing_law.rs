@@ -137,7 +137,7 @@ fn under_eq_3_25_most_drives_whirl() {
     shown(
         "the same under Eq. 3.25",
         &format!(
-            "of 2,000 whirl {}; of {} that chance spared the optimiser makes {whirls} whirl",
+            "{} of 2,000 drives whirl; the optimiser makes {whirls} of {} of the others whirl",
             found.random.whirls,
             spared.len()
         ),

@@ -64,7 +64,7 @@ impl Drive<'_> {
     fn rows(&self, vehicle: &Vehicle<f64>) -> Result<Vec<TraceRow>, Failure> {
         let mut text = format!(
             "title = 'grid'\nduration_s = {}\nchocked_until_armed = true\n[terrain.plane]\nslope_x_rad = {}\n\
-             [terrain.friction]\nright = {f}\nleft = {f}\n",
+             [terrain.friction]\nleft = {f}\nright = {f}\n",
             self.duration_s,
             self.slope_deg.to_radians(),
             f = self.friction

@@ -49,7 +49,7 @@ pub fn update_refusal_words(refusal: UpdateRefusal) -> String {
         UpdateRefusal::SelfTest => "refused: the board's self-test has failed; `link log` tells why".into(),
         UpdateRefusal::FlashFailed => "the board's flash failed; the firmware that runs stays".into(),
         UpdateRefusal::WrongPlace { start } => {
-            format!("refused: the image is not linked for where this board's begins, {start:#010x}; build it anew")
+            format!("refused: the image is linked for another address than this board's, {start:#010x}; rebuild it")
         }
         UpdateRefusal::NoRoom => "refused: this board has no place for an update; flash it with a probe".into(),
     }
@@ -104,8 +104,8 @@ pub fn event_words(event: Event) -> String {
         Event::ImuStarted(place) => format!("{} IMU: started", place.name()),
         Event::ImuLost(place) => format!("{} IMU: no samples, restarting", place.name()),
         Event::ImuNotStarted(place) => format!("{} IMU: does not start", place.name()),
-        Event::SetMigrated { defaults, dropped } => format!(
-            "parameters: set of another firmware, read by name: {defaults} new ones as built in, {dropped} unknown ones \
+        Event::SetMigrated { as_built_in, dropped } => format!(
+            "parameters: set of another firmware, read by name: {as_built_in} new ones as built in, {dropped} unknown ones \
              dropped"
         ),
         Event::SetLost => "parameters: the stored set cannot be believed, built-in set, arming is blocked".into(),

@@ -261,7 +261,8 @@ mod tests {
         }
     }
 
-    /// A blow ends the evidence, also that of the moment before it: what was nearly told is not told by it.
+    /// A blow ends the evidence, also that of the moment before: a finding that was almost certain before the blow is not
+    /// reported because of it.
     #[test]
     fn a_blow_tells_nothing() {
         let mut bench = Bench::new();

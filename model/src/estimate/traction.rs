@@ -77,10 +77,10 @@ const SLOW_INTERVALS: u16 = 40;
 /// Difference of the accelerations along, m/s^2, beyond which the wheels slide, and below which they roll again.
 const SLIDES_M_S2: f32 = 0.25;
 const ROLLS_M_S2: f32 = 0.12;
-/// Share of the accelerations themselves by which they may differ besides: filters lag, and the arm's angle is known to a
+/// Share of the accelerations themselves by which they may differ in addition: filters lag, and the arm's angle is known to a
 /// degree.
 const MOTION_SHARE: f32 = 0.2;
-/// Difference of the yaw rates, rad/s, beyond which a wheel slides, and what is no slide besides: the relative difference of the
+/// Difference of the yaw rates, rad/s, beyond which a wheel slides, and the differences that do not count as a slide: the relative difference of the
 /// wheels' radii, and the share of the turn by which a radius and a track that are each a tenth other than the file's change it,
 /// until it is learnt.
 const SLIDES_RAD_S: f32 = 0.1;

@@ -13,8 +13,8 @@ const WEIGHT_MAX_G: f32 = 2.0;
 const FORCE_TIME_CONSTANT_S: f32 = 0.015;
 /// Ticks for which the mean force must be the weight before the accelerometer is trusted again: the wheels rebound.
 const CARRIED_TICKS: u16 = 30;
-/// Ticks without weight after which the vehicle is on rough ground and does not fall: a fall of 0.44 m takes as long, and is a fault of
-/// its own. Each tick with weight takes back half a tick without: rough ground is without weight for a third of the time.
+/// Ticks without weight after which the vehicle is on rough ground and does not fall: a fall of 0.44 m lasts that long and
+/// has its own fault. Each tick with weight takes back half a tick without: rough ground is without weight for a third of the time.
 const FALL_MAX_TICKS: u16 = 300;
 /// Ticks for which each sample must be the weight before the accelerometer may show a slide or its mounting: most of a period of
 /// 3 Hz. Under a vibration of about g the accelerometer would otherwise count in only one half of each period, which looks like an

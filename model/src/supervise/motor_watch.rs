@@ -17,27 +17,14 @@ use crate::vehicle::MotorParameters;
 
 mod blame;
 mod follower;
+mod reading;
 mod silence;
 
 pub use blame::{MotorHealth, healths};
 use follower::{CurrentResponse, Follower};
+pub use reading::MotorReading;
+use reading::{OPEN_CURRENT_SHARE, RESIDUAL_TICKS};
 use silence::Silence;
-
-/// The readings of a motor in one tick.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MotorReading {
-    /// The encoder's count, which wraps.
-    pub count: i32,
-    /// Voltage applied since the last tick, V; `None` while the bridge is open.
-    pub applied_v: Option<f32>,
-    /// Least and largest share of `applied_v` that the bridge may have applied; `None` while the supply's reading is
-    /// believed, so that the share is 1.
-    pub applied_shares: Option<[f32; 2]>,
-    /// The measured current, A, halfway between the last tick and this tick.
-    pub current_a: f32,
-    /// The filtered rate of the output, rad/s.
-    pub rate_rad_s: f32,
-}
 
 /// What one tick shows of a motor, before [`healths`] has told which part is to blame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -94,9 +81,6 @@ pub struct MotorWatch {
 const RESIDUAL_V: f32 = 0.35;
 const RESIDUAL_SHARE: f32 = 0.5;
 const BACK_EMF_SHARE: f32 = 0.25;
-/// Ticks for which the encoder must contradict: longer than the watch takes to detect a dead current sensor.
-/// Contradictions add up, because a loop that is closed through a dead encoder may swing to and fro.
-const RESIDUAL_TICKS: u16 = 250;
 /// Error of the known back-EMF, V, in addition to a share of the resistance drop: the rest has surely turned the motor.
 const SILENT_V: f32 = 0.1;
 /// Largest current reading at an open bridge of a believable sensor, A: half a percent of a 60 A sensor's span.
@@ -106,11 +90,11 @@ const OPEN_BRIDGE_TICKS: u16 = 50;
 const OFFSET_TIME_CONSTANT_S: f32 = 0.02;
 /// Ticks without a response after which a current counts as dead.
 const DEAD_TICKS: u16 = 150;
-/// A lead may be open if the voltage should drive this share of the current limit but less than a tenth of that current
-/// flows.
+/// A lead may be open if the voltage should drive this share of the current limit but less than [`OPEN_CURRENT_SHARE`] of
+/// that current flows.
 const OPEN_SHARE: f32 = 0.4;
-const OPEN_CURRENT_SHARE: f32 = 0.1;
 const OPEN_TICKS: u16 = 100;
+
 impl MotorWatch {
     /// A watch for the motor with these parameters, whose encoder cannot move by more than `jump_counts` in a tick.
     pub fn new(motor: &MotorParameters<f32>, jump_counts: u32) -> Self {

@@ -85,7 +85,7 @@ pub struct ImuWatch {
 }
 
 /// Identical readings in a row that a working IMU never gives: the noise of six axes does not repeat that long.
-const REPEATED_TICKS: u16 = 20;
+pub const REPEATED_TICKS: u16 = 20;
 const SATURATED_TICKS: u16 = 10;
 const IMPOSSIBLE_TICKS: u16 = 40;
 /// Consecutive ticks without force after which an IMU is implausible: a fall of 0.44 m. A vehicle that drives over

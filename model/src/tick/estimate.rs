@@ -20,11 +20,13 @@ use crate::vehicle::{Scales, Vehicle};
 mod calibration;
 mod contradiction;
 mod ground;
+mod motion;
 mod standing;
 
 use calibration::{Calibration, is_new};
 use contradiction::Mountings;
 use ground::{SLOPE_RATE_TIME_CONSTANT_S, Trail};
+use motion::MeasuredMotion;
 use standing::{Posture, Standing};
 
 /// Stage 2's state.
@@ -81,23 +83,9 @@ pub struct Sines {
     pub slope_turn_per_s: f32,
 }
 
-/// The motion that gyro and encoders show in one tick.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct MeasuredMotion {
-    phi_rate_rad_s: f32,
-    theta_rate_rad_s: f32,
-    /// Speed and acceleration of the axle under the assumption that the wheels roll.
-    wheels_m_s: f32,
-    wheels_m_s2: f32,
-    yaw_rate_rad_s: f32,
-    /// Yaw rate that the wheels show.
-    wheels_yaw_rad_s: f32,
-    /// Sine of the axle's roll: positive with its left end up.
-    sin_roll: f32,
-}
-
-/// Speed and arm rate below which the vehicle counts as stopped.
-const STOPPED_M_S: f32 = 0.05;
+/// Speed below which the vehicle counts as stopped, m/s.
+pub const STOPPED_M_S: f32 = 0.05;
+/// Rate of the arm below which the vehicle counts as stopped, rad/s.
 const STOPPED_ARM_RAD_S: f32 = 0.2;
 /// Time constant of the axle acceleration's filter.
 const AXLE_ACCELERATION_TIME_CONSTANT_S: f32 = 0.02;

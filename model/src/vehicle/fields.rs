@@ -106,14 +106,14 @@ impl Field {
         }
     }
 
-    /// The name of the choice with this value; `None` if the field is a number, and for a value that is no choice.
+    /// The name of the choice with this value; `None` if the field is a number, and for a value that is not a choice.
     pub fn choice(&self, value: f64) -> Option<&'static str> {
         let place = value as usize;
         let name = self.choices.get(place).copied()?;
         (place as f64 == value).then_some(name)
     }
 
-    /// The value of the choice with this name; `None` for a name that is no choice.
+    /// The value of the choice with this name; `None` for a name that is not a choice.
     pub fn value_of(&self, name: &str) -> Option<f64> {
         let place = self.choices.iter().position(|choice| *choice == name)?;
         Some(place as f64)

@@ -7,6 +7,7 @@ use crate::board::SensorRanges;
 use crate::real::Real;
 
 pub mod fields;
+mod gravity;
 mod groups;
 mod models;
 mod parameters;
@@ -18,6 +19,8 @@ mod scales;
 pub(crate) mod test_vehicle;
 
 pub use fields::{Field, LeftOut, NotSet, OutOfRange, Rule};
+pub(crate) use gravity::G;
+pub use gravity::GRAVITY_M_S2;
 pub use groups::{Table, VehicleParameters};
 pub use parameters::{
     BatteryParameters, BodyParameters, ControlParameters, EstimatorParameters, ImuParameters, MotorParameters,
@@ -36,11 +39,6 @@ pub enum SpeedLawChoice {
     /// The landing law, `landing`.
     Landing,
 }
-
-/// Acceleration of gravity, m/s^2.
-pub const GRAVITY_M_S2: f64 = 9.81;
-/// The same for the vehicle's own code, which computes in single precision.
-pub(crate) const G: f32 = GRAVITY_M_S2 as f32;
 
 /// Why a set of parameters does not describe a vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -42,13 +42,13 @@ parameter_group! {
         rotor_inertia_kg_m2: 0.0 to 0.1,
         /// Gear ratio: motor turns per turn of the output.
         gear_ratio: 1.0 to 1000.0,
-        /// Largest armature current that the controller commands.
+        /// Largest armature current that the vehicle commands.
         current_limit_a: 0.01 to 500.0,
-        /// Current that the motor withstands indefinitely; above it the controller limits the heat of the winding.
+        /// Current that the motor withstands indefinitely; above it the vehicle limits the heat of the winding.
         continuous_current_a: 0.01 to 500.0,
         /// Thermal time constant of the winding.
         winding_time_constant_s: 0.1 to 10000.0,
-        /// Current that the motor's bridge withstands indefinitely in the hottest air of its operation; above it the controller
+        /// Current that the motor's bridge withstands indefinitely in the hottest air of its operation; above it the vehicle
         /// limits the heat of the bridge. 500 A is no bound beyond the other limits.
         bridge_continuous_a: 0.01 to 500.0 or 500.0,
         /// Thermal time constant of the bridge: its package on its copper.

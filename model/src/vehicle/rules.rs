@@ -8,8 +8,8 @@
 use super::fields::{LeftOut, Rule};
 use super::{Field, VehicleParameters};
 
-/// Share of the supply that a bridge gives, for rules and analyses of a vehicle without a board. Each board bounds its bridges to
-/// its own share, [`BoardScales::duty_max`](crate::board::BoardScales::duty_max), whatever the value of this constant.
+/// Share of the supply that a bridge gives, for rules and analyses of a vehicle without a board. Each board states its own
+/// largest duty; the firmware does not compile for a board that differs (`firmware/src/drive_board.rs`).
 pub const BRIDGE_SHARE: f64 = 0.94;
 /// Largest product of the crossover and the time constant of a free rotor, rad. In the play of the gears a rotor follows the
 /// voltage with that time constant, and its encoder shows a turn that the wheel does not make. Beyond twice this

@@ -1,6 +1,7 @@
 //! The scales between SI units and the nondimensional numbers of (3.10), (3.11) and ch. 7.
 
-use super::{BodyParameters, GRAVITY_M_S2, MotorParameters, SparParameters};
+use super::gravity::GRAVITY_M_S2;
+use super::{BodyParameters, MotorParameters, SparParameters};
 use crate::real::Real;
 
 /// Scales of the vehicle: one nondimensional unit in SI.

@@ -14,7 +14,7 @@ struct BootRecord {
 
 /// Kept over resets; 0 after power-up ([`super::ram`]).
 #[unsafe(link_section = ".uninit.boot_number")]
-static mut RECORD: MaybeUninit<BootRecord> = MaybeUninit::uninit();
+static mut BOOT_RECORD: MaybeUninit<BootRecord> = MaybeUninit::uninit();
 
 /// Step from boot to boot. The step is odd, so all numbers occur before one repeats, and large, so consecutive numbers
 /// differ much.
@@ -27,13 +27,13 @@ const WAIT_READS: u32 = 100_000;
 pub fn take() -> u32 {
     // SAFETY: start-up is single threaded, and nothing else accesses the record. It consists of plain integers, for
     // which any bits are a value, and power-up wrote it.
-    let last = unsafe { core::ptr::read_volatile((&raw const RECORD).cast::<u32>()) };
+    let last = unsafe { core::ptr::read_volatile((&raw const BOOT_RECORD).cast::<u32>()) };
     // Without a random number the first boot after each power-up has the same number: the vehicle drives anyway.
     let before = if last == 0 { random().unwrap_or_default() } else { last };
     let number = before.wrapping_add(STEP);
     let record = BootRecord { number, flush: [0; 2] };
     // SAFETY: as above.
-    unsafe { core::ptr::write_volatile((&raw mut RECORD).cast::<BootRecord>(), record) };
+    unsafe { core::ptr::write_volatile((&raw mut BOOT_RECORD).cast::<BootRecord>(), record) };
     number
 }
 

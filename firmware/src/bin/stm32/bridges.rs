@@ -25,14 +25,13 @@ use embassy_stm32::peripherals;
 use embassy_stm32::timer::simple_pwm::PwmPin;
 use embassy_stm32::timer::{Ch1, Ch2, Ch3, Ch4};
 use firmware::bridge_legs::leg_counts;
+use firmware::drive_board::PWM_HZ;
 use firmware::hardware::Bridges;
 use model::sample::{Actuation, MOTORS};
 
 use crate::board::clocks::TIMER_HZ;
 use crate::board::{SAMPLES_AFTER_TRIGGER_NS, part};
 
-/// PWM frequency: inaudible, and slow enough for the bridges' drivers.
-const PWM_HZ: u32 = 20_000;
 /// Timer counts in half a PWM period: up, and down again.
 const HALF_PERIOD_COUNTS: u16 = (TIMER_HZ / PWM_HZ / 2) as u16;
 /// Timer counts from the converter's trigger to TIM1's zero: the time from the trigger to the converter's samples of the

@@ -15,7 +15,7 @@ use crate::board::clocks;
 /// Bytes of the longest stored message.
 const TEXT_BYTES: usize = 240;
 /// Checksum of the record's text, without a table in flash: the text is short, and its checksum need not be fast.
-const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
+const TABLELESS_CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
 /// Marks a record as written: after power-up the record is all zeros ([`super::ram`]).
 const MAGIC: u32 = 0x4C41_5354;
 
@@ -32,7 +32,7 @@ struct CrashRecord {
 }
 
 #[unsafe(link_section = ".uninit.crash")]
-static mut RECORD: MaybeUninit<CrashRecord> = MaybeUninit::uninit();
+static mut CRASH_RECORD: MaybeUninit<CrashRecord> = MaybeUninit::uninit();
 
 /// The message of the last run.
 pub struct LastWords {
@@ -60,12 +60,12 @@ pub fn take(cause: ResetCause) -> Option<LastWords> {
     // SAFETY: start-up is single threaded, and only a dying program accesses the record otherwise. The record
     // consists of plain integers, for which any bits are a value; the volatile read keeps the compiler from
     // reasoning about memory that nothing initialised.
-    let record = unsafe { core::ptr::read_volatile((&raw const RECORD).cast::<CrashRecord>()) };
+    let record = unsafe { core::ptr::read_volatile((&raw const CRASH_RECORD).cast::<CrashRecord>()) };
     // SAFETY: as above.
-    unsafe { core::ptr::write_volatile((&raw mut RECORD).cast::<u32>(), 0) };
+    unsafe { core::ptr::write_volatile((&raw mut CRASH_RECORD).cast::<u32>(), 0) };
     let length = record.length as usize;
     let text = record.text.get(..length)?;
-    (record.magic == MAGIC && record.checksum == CHECKSUM.checksum(text)).then_some(LastWords {
+    (record.magic == MAGIC && record.checksum == TABLELESS_CHECKSUM.checksum(text)).then_some(LastWords {
         text: record.text,
         length,
     })
@@ -101,12 +101,12 @@ fn die(message: fmt::Arguments<'_>) -> ! {
     let record = CrashRecord {
         magic: MAGIC,
         length: text.length as u32,
-        checksum: CHECKSUM.checksum(text.bytes.get(..text.length).unwrap_or_default()),
+        checksum: TABLELESS_CHECKSUM.checksum(text.bytes.get(..text.length).unwrap_or_default()),
         text: text.bytes,
         flush: [0; 2],
     };
     // SAFETY: interrupts are off and the program ends here, so nothing else accesses the record.
-    unsafe { core::ptr::write_volatile((&raw mut RECORD).cast::<CrashRecord>(), record) };
+    unsafe { core::ptr::write_volatile((&raw mut CRASH_RECORD).cast::<CrashRecord>(), record) };
     cortex_m::asm::dsb();
     SCB::sys_reset();
 }

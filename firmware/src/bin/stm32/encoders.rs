@@ -3,12 +3,20 @@
 use embassy_stm32::gpio::Pull;
 use embassy_stm32::pac;
 use embassy_stm32::pac::timer::regs::CcmrInput2ch;
+use embassy_stm32::pac::timer::vals::FilterValue;
 use embassy_stm32::peripherals::{TIM2, TIM3, TIM4};
 use embassy_stm32::timer::qei::{self, Qei};
+use firmware::drive_board::ENCODER_DIVIDER;
 use firmware::hardware::EncoderCounters;
 use model::sample::MOTORS;
 
-use crate::board::clocks::ENCODER_FILTER;
+/// The filter of [`firmware::drive_board::encoders`]: eight samples, [`ENCODER_DIVIDER`] periods of the timers' clock apart.
+const ENCODER_FILTER: FilterValue = match ENCODER_DIVIDER {
+    8 => FilterValue::FDTS_DIV8_N8,
+    16 => FilterValue::FDTS_DIV16_N8,
+    32 => FilterValue::FDTS_DIV32_N8,
+    _ => panic!("the timers have no filter of eight samples with this divider"),
+};
 
 /// The hardware counters, in the order of the motors.
 pub struct QuadratureCounters {
@@ -30,7 +38,7 @@ impl QuadratureCounters {
     }
 }
 
-/// Sets the filter of both channels to the one of [`firmware::drive_board::encoders`].
+/// Sets the filter of both channels.
 fn filter(inputs: pac::common::Reg<CcmrInput2ch, pac::common::RW>) {
     inputs.modify(|w| {
         w.set_icf(0, ENCODER_FILTER);

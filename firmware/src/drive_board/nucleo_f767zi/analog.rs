@@ -2,6 +2,12 @@
 
 use super::super::nucleo_144::ConverterPin;
 
+/// Clock of the converter, a quarter of the bus clock, Hz.
+pub const CONVERTER_HZ: u64 = 27_000_000;
+/// Half cycles of that clock from one current's sample to the next: a sample of 15 cycles, and a conversion of 12 bits that takes
+/// 12 more (RM0410 15.5).
+pub const CURRENT_STEP_HALF_CYCLES: u64 = 54;
+
 /// The channel of ADC1 that converts `pin` (DS11532, pin definitions).
 pub const fn channel(pin: ConverterPin) -> u8 {
     match pin {

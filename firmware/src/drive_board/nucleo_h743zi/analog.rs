@@ -2,6 +2,12 @@
 
 use super::super::nucleo_144::ConverterPin;
 
+/// Clock of the converter, Hz.
+pub const CONVERTER_HZ: u64 = 16_000_000;
+/// Half cycles of that clock from one current's sample to the next: a sample of 8.5 cycles, and a conversion of 16 bits that takes
+/// 8.5 more (RM0433 Table 214).
+pub const CURRENT_STEP_HALF_CYCLES: u64 = 34;
+
 /// The channel of ADC1 that converts `pin` (DS12110, pin definitions).
 pub const fn channel(pin: ConverterPin) -> u8 {
     match pin {

@@ -1,6 +1,8 @@
 //! The layout of the part's memory. The firmware, the build (which passes it to the linker) and the
 //! simulated boards read it. Apart from these numbers `memory.x` is the same for every board.
 
+use crate::image_seal::{DTCM_BYTES, DTCM_START, STACK_BYTES};
+
 /// The board's number in the seal of an image.
 pub const BOARD: u16 = 743;
 /// Bytes of one sector of the flash, the unit of an erase.
@@ -18,6 +20,6 @@ pub const ARRIVED_SECTOR: Option<usize> = Some(8);
 /// Sectors from the start of the flash to the image that ran before. Behind it lies the fault history.
 pub const KEPT_SECTOR: usize = 8 + IMAGE_SECTORS;
 /// RAM of the boot loader: the DTCM behind the stack. The firmware keeps nothing there over a reset.
-pub const LOADER_RAM_START: u32 = 0x2000_8000;
+pub const LOADER_RAM_START: u32 = DTCM_START + STACK_BYTES;
 /// Size of that RAM, bytes.
-pub const LOADER_RAM_BYTES: u32 = 96 * 1024;
+pub const LOADER_RAM_BYTES: u32 = DTCM_BYTES - STACK_BYTES;

@@ -69,7 +69,7 @@ fn a_set_with_fewer_parameters_takes_the_new_ones_as_built_in() {
     assert_eq!(
         found.outcome,
         BootOutcome::Migrated {
-            defaults: 5,
+            as_built_in: 5,
             dropped: 0
         }
     );
@@ -86,7 +86,7 @@ fn a_set_with_more_parameters_in_another_order_keeps_what_is_known() {
     assert_eq!(
         found.outcome,
         BootOutcome::Migrated {
-            defaults: 0,
+            as_built_in: 0,
             dropped: 2
         }
     );
@@ -115,7 +115,7 @@ fn renamed_parameters_and_tables_are_found_under_their_old_names() {
         }
     }
     let read = read_with(&decoded(&old), &PARAMETERS, &renamed).expect("in range");
-    assert_eq!((read.defaults, read.dropped), (0, 0));
+    assert_eq!((read.as_built_in, read.dropped), (0, 0));
     let mut expected = *vehicle(0.5).parameters();
     expected.control.ki = 0.07;
     assert_eq!(read.parameters, expected);
@@ -125,10 +125,10 @@ fn renamed_parameters_and_tables_are_found_under_their_old_names() {
     assert_eq!((read.parameters.control.ki, read.dropped), (0.09, 1));
     // An old name of one table does not apply to another table.
     let read = read_with(&decoded(&old), &PARAMETERS, &[("gains", "steering")]).expect("in range");
-    assert!(read.defaults > 10, "{}", read.defaults);
+    assert!(read.as_built_in > 10, "{}", read.as_built_in);
     // Without the table of old names the values are lost.
     let read = read_with(&decoded(&old), &PARAMETERS, &[]).expect("in range");
-    assert!(read.defaults > 10, "{}", read.defaults);
+    assert!(read.as_built_in > 10, "{}", read.as_built_in);
 }
 
 #[test]
@@ -192,12 +192,12 @@ fn version_0_1(kp: f32) -> TestFlash {
 #[test]
 fn a_set_of_version_0_1_is_migrated() {
     let found = load(version_0_1(0.4));
-    let BootOutcome::Migrated { defaults, dropped } = found.outcome else {
+    let BootOutcome::Migrated { as_built_in, dropped } = found.outcome else {
         panic!("{:?}", found.outcome);
     };
     // Each value of the set belongs to a parameter, under its name or a newer name.
     assert_eq!(
-        (usize::from(defaults) + 66, dropped),
+        (usize::from(as_built_in) + 66, dropped),
         (usize::from(PARAMETERS.count()), 0)
     );
     assert_eq!(found.vehicle.parameters().control.kp, 0.4);
@@ -221,7 +221,7 @@ fn a_set_of_version_0_1_without_a_camera_keeps_what_both_have() {
         );
     }
     let read = read_by_name(&stored, &PARAMETERS).expect("in range");
-    assert_eq!(usize::from(read.defaults) + 46, usize::from(PARAMETERS.count()));
+    assert_eq!(usize::from(read.as_built_in) + 46, usize::from(PARAMETERS.count()));
     let without = VehicleParameters::<f32> {
         spar: None,
         ..PARAMETERS
@@ -315,11 +315,11 @@ proptest! {
         let found = load(flash_with(&other));
         let kp_kept = other.iter().any(|((_, field), _)| *field == "kp");
         prop_assert_eq!(found.vehicle, if kp_kept { vehicle(kp) } else { built_in() });
-        let defaults = (all - kept) as u16;
-        prop_assert_eq!(found.outcome, if defaults == 0 && added == 0 {
+        let as_built_in = (all - kept) as u16;
+        prop_assert_eq!(found.outcome, if as_built_in == 0 && added == 0 {
             BootOutcome::Stored
         } else {
-            BootOutcome::Migrated { defaults, dropped: added }
+            BootOutcome::Migrated { as_built_in, dropped: added }
         });
         prop_assert_eq!(load(stored(flash_with(&other), 0.3)), booted(0.3));
     }

@@ -121,7 +121,7 @@ impl DriveBoard {
         self.wiring.outputs(&mut self.mcu, now)
     }
 
-    /// Whether the timers drive the bridges' pins. Until then pull-downs keep the pins low.
+    /// Whether the timers drive the bridges' pins. Until then pull-downs keep the pins low. For tests.
     pub fn bridge_pins_connected(&mut self) -> bool {
         bridges::all_connected(&mut self.mcu)
     }
@@ -189,7 +189,7 @@ impl DriveBoard {
         });
     }
 
-    /// Presses or releases the board's button. Its line is high while the button is pressed.
+    /// Presses or releases the board's button. Its line is high while the button is pressed. For tests.
     pub fn set_button(&mut self, now: VirtualNanos, pressed: bool) {
         let level = if pressed { Level::High } else { Level::Low };
         self.mcu.h7.drive_port(now, at::PORT_C, |port, registers, context| {
@@ -197,7 +197,7 @@ impl DriveBoard {
         });
     }
 
-    /// Welds the stop's second contact shut: it no longer opens when the stop is pressed.
+    /// Welds the stop's second contact shut: it no longer opens when the stop is pressed. For tests.
     pub fn weld_second_contact(&mut self) {
         self.wiring.second_contact_welded = true;
     }
@@ -226,17 +226,18 @@ impl DriveBoard {
         &mut self.mcu
     }
 
-    /// Sets or clears the fault output of the bridge drivers, which shares the wire of the break inputs.
+    /// Sets or clears the fault output of the bridge drivers, which shares the wire of the break inputs. For tests.
     pub fn set_driver_fault(&mut self, now: VirtualNanos, fault: bool) {
         self.rewire(now, |wiring| wiring.driver_fault = fault);
     }
 
-    /// Shorts the break input of a bridge timer to ground: TIM1 for 0, TIM8 for 1.
+    /// Shorts the break input of a bridge timer to ground: TIM1 for 0, TIM8 for 1. For tests.
     pub fn ground_break(&mut self, now: VirtualNanos, nth: usize) {
         self.rewire(now, |wiring| wiring.grounded[nth] = true);
     }
 
     /// Breaks a line to a bridge: IN1 for 0, IN2 for 1. From then on the bridge's pull-down keeps the input low.
+    /// For tests.
     pub fn cut_line(&mut self, motor: usize, input: usize) {
         self.wiring.cut[motor][input] = true;
     }

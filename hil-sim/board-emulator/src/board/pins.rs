@@ -100,7 +100,7 @@ impl BridgeOutput {
         }
     }
 
-    /// Whether the bridge drives and brakes in turn and is never open.
+    /// Whether the bridge drives and brakes in turn and is never open. For tests.
     pub fn never_open(self) -> bool {
         match self {
             Self::Open => false,

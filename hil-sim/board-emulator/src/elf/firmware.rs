@@ -103,7 +103,7 @@ impl Firmware {
         Ok(self.log_reader()?.lines(rtt))
     }
 
-    /// Name, address and size of every defined function whose name satisfies `wanted`.
+    /// Name, address and size of every defined function whose name satisfies `wanted`. For tests.
     ///
     /// # Errors
     /// When the ELF cannot be parsed.

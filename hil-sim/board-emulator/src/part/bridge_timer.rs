@@ -17,7 +17,8 @@ use rigless::soc::stm32h743::peripherals::tim::{ADVANCED_TIMERS, Advanced, Break
 use rigless::time::{EventId, VirtualNanos};
 
 use super::setup::BridgeBreak;
-use super::waveform::{CHANNELS, PwmShape, PwmWaveform};
+use super::timer::UNSET_CLOCK_HZ;
+use super::waveform::{PWM_CHANNELS, PwmShape, PwmWaveform};
 
 /// Time after a change of the break input for which the model's events pass, in ns: longer than any setting of the
 /// break's filter at this board's clock (15 samples of 32 periods of 5 ns: 2.4 us).
@@ -27,9 +28,6 @@ const BREAK_FILTER_NS: u64 = 5_000;
 const CLOCKS: &str = "RCC";
 /// The line that represents the supply detector. No line of the power controller has this index.
 const SUPPLY: (&str, usize) = ("PWR", usize::MAX);
-
-/// Clock until the clock tree sets the timer's clock, before the firmware starts the timer.
-const UNSET_CLOCK_HZ: u64 = 1;
 
 /// MMS2 that makes the sixth channel's reference the second trigger output, and the mode PWM 1 of a channel.
 const SIXTH_REFERENCE: u64 = 0b1001;
@@ -133,7 +131,7 @@ impl BridgeTimer {
 fn shape(registers: &RegisterFile) -> PwmShape {
     /// Compare register of each channel, the register of the channel's mode, and the lowest bit of the channel's half of
     /// that register.
-    const COMPARE: [(Register, Register, u32); CHANNELS] = [
+    const COMPARE: [(Register, Register, u32); PWM_CHANNELS] = [
         (Register::Ccr1, Register::Ccmr1Output, 0),
         (Register::Ccr2, Register::Ccmr1Output, 8),
         (Register::Ccr3, Register::Ccmr2Output, 0),

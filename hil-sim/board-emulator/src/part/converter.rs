@@ -19,9 +19,9 @@ use serde::{Deserialize, Serialize};
 use super::waveform::PwmWaveform;
 
 /// Channels of the converter.
-const CHANNELS: usize = 20;
+const CONVERTER_CHANNELS: usize = 20;
 /// Timers that switch bridges.
-pub const TIMERS: usize = 2;
+pub const FOLLOWED_TIMERS: usize = 2;
 /// EXTSEL of TIM1's second trigger output, and EXTEN of its rising edge (RM0433 25.4.19).
 const TIM1_TRGO2: u64 = 10;
 const RISING: u64 = 1;
@@ -43,7 +43,7 @@ pub struct RippleSource {
 
 impl RippleSource {
     /// Contribution of the ripple to the sensor's voltage at an instant in ns, in uV.
-    fn at(self, waveforms: &[PwmWaveform; TIMERS], at: u64) -> i64 {
+    fn at(self, waveforms: &[PwmWaveform; FOLLOWED_TIMERS], at: u64) -> i64 {
         let mut waveform = waveforms[self.timer];
         waveform.catch_up(at);
         let [in1, in2] = self.lines.map(|line| waveform.high_ns(line).map(i128::from));
@@ -89,10 +89,10 @@ pub struct TriggeredConverter {
     /// When the sequence begins that the next trigger starts.
     begins: Option<EventId>,
     /// Voltages of the pins without the ripple, in mV.
-    millivolts: [u32; CHANNELS],
-    ripples: [Option<RippleSource>; CHANNELS],
+    millivolts: [u32; CONVERTER_CHANNELS],
+    ripples: [Option<RippleSource>; CONVERTER_CHANNELS],
     /// Waveforms of the bridge timers at the last access.
-    waveforms: [PwmWaveform; TIMERS],
+    waveforms: [PwmWaveform; FOLLOWED_TIMERS],
 }
 
 rigless::store!(TriggeredConverter {
@@ -114,9 +114,9 @@ impl TriggeredConverter {
             converting: false,
             jammed: false,
             begins: None,
-            millivolts: [0; CHANNELS],
-            ripples: [None; CHANNELS],
-            waveforms: [PwmWaveform::default(); TIMERS],
+            millivolts: [0; CONVERTER_CHANNELS],
+            ripples: [None; CONVERTER_CHANNELS],
+            waveforms: [PwmWaveform::default(); FOLLOWED_TIMERS],
         }
     }
 
@@ -131,13 +131,13 @@ impl TriggeredConverter {
         self.ripples[usize::from(channel)] = ripple;
     }
 
-    /// Whether the converter goes on whatever software says, until it is told to stop once more after that.
+    /// Whether the converter ignores software's stop; it obeys the first stop after this is switched off.
     pub fn jam(&mut self, jammed: bool) {
         self.jammed = jammed;
     }
 
     /// What the bridges' timers do, before each access.
-    pub fn follow(&mut self, waveforms: &[PwmWaveform; TIMERS]) {
+    pub fn follow(&mut self, waveforms: &[PwmWaveform; FOLLOWED_TIMERS]) {
         self.waveforms = *waveforms;
     }
 
@@ -169,7 +169,7 @@ impl TriggeredConverter {
         let bits = BITS[cfgr::RES.get(file.get(Register::Cfgr)) as usize];
         // A conversion takes this many half cycles after its sample (RM0433 Table 214).
         let sampled = now.saturating_sub(self.ns(bits + 1));
-        for channel in 0..CHANNELS {
+        for channel in 0..CONVERTER_CHANNELS {
             let ripple_uv = self.ripples[channel].map_or(0, |ripple| ripple.at(&self.waveforms, sampled));
             let microvolts = i64::from(self.millivolts[channel]) * 1_000 + ripple_uv;
             let millivolts = (microvolts + 500).div_euclid(1_000).max(0) as u32;

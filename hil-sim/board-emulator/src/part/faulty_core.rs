@@ -16,7 +16,7 @@ use rigless::time::VirtualNanos;
 use super::setup::MemoryFault;
 
 /// Status registers of the flash's banks, and the registers that clear their flags.
-const STATUS: [u64; 2] = [0x5200_2010, 0x5200_2110];
+const FLASH_STATUS: [u64; 2] = [0x5200_2010, 0x5200_2110];
 const CLEAR: [u64; 2] = [0x5200_2014, 0x5200_2114];
 /// Flag of an uncorrectable error, in both registers.
 const UNCORRECTABLE: u64 = 1 << 26;
@@ -85,7 +85,7 @@ impl CoreBus for FaultyBus<'_> {
                 }
             }
         }
-        for (register, raised) in STATUS.into_iter().zip(&*self.raised) {
+        for (register, raised) in FLASH_STATUS.into_iter().zip(&*self.raised) {
             if at == register && *raised {
                 value |= UNCORRECTABLE;
             }

@@ -44,7 +44,7 @@ const LEFT_OUT: [&str; 17] = [
 /// The bridges' timers, in the order in which [`Part::with_bridge_timer`] numbers them.
 const BRIDGE_TIMERS: [&str; 2] = ["TIM1", "TIM8"];
 /// General-purpose timers, in the order in which [`Part::with_timer`] numbers them.
-const TIMERS: [&str; 4] = ["TIM2", "TIM3", "TIM4", "TIM5"];
+const GENERAL_TIMERS: [&str; 4] = ["TIM2", "TIM3", "TIM4", "TIM5"];
 
 /// The model that answers for a slot of the bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,7 +68,7 @@ pub struct Part {
     /// TIM1 and TIM8.
     bridge_timers: [BridgeTimer; BRIDGE_TIMERS.len()],
     /// TIM2 to TIM5.
-    timers: [GeneralTimer; TIMERS.len()],
+    timers: [GeneralTimer; GENERAL_TIMERS.len()],
     /// ADC1.
     pub converter: TriggeredConverter,
     /// DMAMUX1.
@@ -78,7 +78,7 @@ pub struct Part {
     /// The model of each slot.
     models: Vec<Model>,
     bridge_timer_slots: [usize; BRIDGE_TIMERS.len()],
-    timer_slots: [usize; TIMERS.len()],
+    timer_slots: [usize; GENERAL_TIMERS.len()],
     link_slot: usize,
     clocks_slot: usize,
     setup: PartSetup,
@@ -111,8 +111,8 @@ impl Part {
             bridge_timer_slots[nth] = bus.slot(instance)?;
             models[bridge_timer_slots[nth]] = Model::BridgeTimer(nth);
         }
-        let mut timer_slots = [0; TIMERS.len()];
-        for (nth, instance) in TIMERS.into_iter().enumerate() {
+        let mut timer_slots = [0; GENERAL_TIMERS.len()];
+        for (nth, instance) in GENERAL_TIMERS.into_iter().enumerate() {
             timer_slots[nth] = bus.slot(instance)?;
             models[timer_slots[nth]] = Model::Timer(nth);
         }
@@ -147,7 +147,7 @@ impl Part {
         self.h7.rcc = clocks;
     }
 
-    /// Sets flags in the status register of a flash bank.
+    /// Sets flags in the status register of a flash bank. For tests.
     pub fn raise_flash_flags(&mut self, bank: usize, flags: u32) {
         let (_, registers) = self.h7.program();
         let register = status(bank);
@@ -194,7 +194,7 @@ impl Part {
     }
 
     /// Filters of the inputs of an encoder's timer, TIM2 for 0, as the firmware set them: bits 4 to 7 of channel 1, 12 to
-    /// 15 of channel 2.
+    /// 15 of channel 2. For tests.
     pub fn encoder_filters(&self, nth: usize) -> u64 {
         self.timers[nth].filters
     }

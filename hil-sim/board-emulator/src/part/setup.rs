@@ -68,7 +68,7 @@ pub struct PartSetup {
     pub writable_sectors: [u8; 2],
     /// A break that does nothing when software asks for it, if there is one.
     pub deaf_break: Option<BridgeBreak>,
-    /// The option bytes swap the banks. The emulated part tells so, and swaps nothing.
+    /// The option bytes swap the banks. The emulated part reports the swap but does not perform it.
     pub banks_swapped: bool,
     /// Address from which the core reads its vectors after a reset: the boot loader's, or the
     /// firmware's for a start without the boot loader. The option bytes store the upper half of the

@@ -18,8 +18,8 @@ use rigless::time::{EventId, VirtualNanos};
 const CHANNELS_1_AND_2: u32 = 0x18;
 const FILTERS: u64 = 0xF0F0;
 
-/// Clock until the clock tree sets the timer's clock, before the firmware starts the timer.
-const UNSET_CLOCK_HZ: u64 = 1;
+/// Clock of any timer until the clock tree sets it, before the firmware starts the timer.
+pub const UNSET_CLOCK_HZ: u64 = 1;
 
 /// One of TIM2 to TIM5.
 #[derive(Debug)]

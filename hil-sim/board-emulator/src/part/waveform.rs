@@ -7,7 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 /// Compare channels of an advanced timer: four with pins, two without.
-pub const CHANNELS: usize = 6;
+pub const PWM_CHANNELS: usize = 6;
 
 const NS_PER_S: u128 = 1_000_000_000;
 
@@ -28,11 +28,11 @@ pub struct PwmShape {
     /// Counter turns between two loads that load no values.
     pub skipped: u64,
     /// Compare values as written.
-    pub compare: [u64; CHANNELS],
+    pub compare: [u64; PWM_CHANNELS],
     /// Whether a write of the compare value waits for the next load.
-    pub preloaded: [bool; CHANNELS],
+    pub preloaded: [bool; PWM_CHANNELS],
     /// Whether the channel's reference is high while the counter is below the compare value (PWM mode 1).
-    pub high_below: [bool; CHANNELS],
+    pub high_below: [bool; PWM_CHANNELS],
     /// Whether the reference of the sixth channel is the timer's second trigger output.
     pub triggers: bool,
     /// Whether the outputs are enabled.
@@ -45,7 +45,7 @@ pub struct PwmWaveform {
     clock_hz: u64,
     shape: PwmShape,
     /// Compare values in force.
-    compare: [u64; CHANNELS],
+    compare: [u64; PWM_CHANNELS],
     /// While the counter runs: the instant at which it started from zero, in ns.
     started: Option<u64>,
     /// The instant up to which loads have been applied, in ns.
@@ -74,7 +74,7 @@ impl PwmWaveform {
         self.catch_up(now);
         let ran = self.started.is_some();
         self.shape = shape;
-        for channel in 0..CHANNELS {
+        for channel in 0..PWM_CHANNELS {
             if restarted || !shape.preloaded[channel] {
                 self.compare[channel] = shape.compare[channel];
             }
@@ -155,8 +155,8 @@ impl PwmWaveform {
 
     /// The first instant after `after` at which the trigger rises.
     pub fn trigger_after(&self, after: u64) -> Option<u64> {
-        let below = self.compare[CHANNELS - 1];
-        if !self.shape.triggers || !self.shape.high_below[CHANNELS - 1] || below == 0 || below >= self.shape.top {
+        let below = self.compare[PWM_CHANNELS - 1];
+        if !self.shape.triggers || !self.shape.high_below[PWM_CHANNELS - 1] || below == 0 || below >= self.shape.top {
             return None;
         }
         let period = self.period_ns()?;
@@ -183,7 +183,7 @@ mod tests {
             skipped: 1,
             compare: [5_000, 2_500, 0, 1, 0, 240],
             preloaded: [true, true, true, true, false, false],
-            high_below: [true; CHANNELS],
+            high_below: [true; PWM_CHANNELS],
             triggers: true,
             ..PwmShape::default()
         }
@@ -237,7 +237,7 @@ mod tests {
             },
             PwmShape { runs: false, ..shape() },
             PwmShape {
-                compare: [0; CHANNELS],
+                compare: [0; PWM_CHANNELS],
                 ..shape()
             },
         ] {

@@ -14,7 +14,7 @@ use crate::time::{MS, US};
 const CONTROL: u64 = 0x4000_0C00;
 const RUNS: u64 = 1;
 /// Status register.
-const STATUS: u64 = 0x4000_0C10;
+const TICK_STATUS: u64 = 0x4000_0C10;
 /// Event generation register.
 const EVENTS: u64 = 0x4000_0C14;
 /// Counter, in us.
@@ -86,6 +86,6 @@ pub(super) fn correct_flags(session: &mut Session<DriveBoard>, access: &Access) 
         return Ok(());
     }
     let kept = u64::from(u32::MAX) & !COMPARE_FLAGS;
-    let written = session.mcu().write(access.virtual_time, STATUS, Width::W32, kept);
+    let written = session.mcu().write(access.virtual_time, TICK_STATUS, Width::W32, kept);
     written.map_err(|fault| Error::access(&fault))
 }

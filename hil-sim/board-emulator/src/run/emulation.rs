@@ -66,7 +66,7 @@ impl Emulation {
     }
 
     /// Powers the board up with the boot loader and, instead of the firmware, with these flash contents, as
-    /// addresses and bytes.
+    /// addresses and bytes. For tests.
     ///
     /// # Errors
     /// As [`Emulation::power_on`].
@@ -119,7 +119,7 @@ impl Emulation {
         self.arrived.now
     }
 
-    /// Runs for a span of virtual time in ns.
+    /// Runs for a span of virtual time in ns. For tests.
     ///
     /// # Errors
     /// When the run ends earlier.
@@ -251,7 +251,7 @@ fn with_contents(
 }
 
 impl Frozen {
-    /// Starts a run that continues from the frozen state. `firmware` must be the frozen run's firmware.
+    /// Starts a run that continues from the frozen state. `firmware` must be the frozen run's firmware. For tests.
     ///
     /// # Errors
     /// When it is another firmware.

@@ -116,7 +116,7 @@ impl Stopped<'_> {
             .collect()
     }
 
-    /// Reads memory word by word, which is faster; `length`, in bytes, is a multiple of four.
+    /// Reads memory word by word, which is faster; `length`, in bytes, is a multiple of four. For tests.
     ///
     /// # Errors
     /// Outside the part's memory.
@@ -150,7 +150,7 @@ impl Stopped<'_> {
         Ok(())
     }
 
-    /// Writes a register of a peripheral as the core would.
+    /// Writes a register of a peripheral as the core would. For tests.
     ///
     /// # Errors
     /// When the bus does not accept the write.
@@ -185,12 +185,12 @@ impl Stopped<'_> {
             .unwrap_or_default()
     }
 
-    /// Records each read of the cycle counter from now on.
+    /// Records each read of the cycle counter from now on. For tests.
     pub fn keep_cycle_reads(&mut self) {
         self.state.cycle_reads = Some(Vec::new());
     }
 
-    /// Takes the recorded reads and ends the recording.
+    /// Takes the recorded reads and ends the recording. For tests.
     pub fn take_cycle_reads(&mut self) -> Vec<CycleRead> {
         self.state.cycle_reads.take().unwrap_or_default()
     }

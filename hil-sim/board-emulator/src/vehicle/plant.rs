@@ -100,8 +100,8 @@ fn sensed(imu: &Icm42688pModel) -> ImuSensed {
         return ImuSensed::SILENT;
     };
     let scaled = |words: [i16; 3], unit: f64| words.map(|word| (f64::from(word) * unit).round() as i32);
-    let g = 1e6 / f64::from(imu::driver::SCALES.accel_lsb_per_g);
-    let rate = 1e3 / f64::from(imu::driver::SCALES.gyro_lsb_per_deg_s);
+    let g = 1e6 / f64::from(imu::driver::IMU_SCALES.accel_lsb_per_g);
+    let rate = 1e3 / f64::from(imu::driver::IMU_SCALES.gyro_lsb_per_deg_s);
     ImuSensed {
         silent: false,
         specific_force_ug: scaled(accel, g),

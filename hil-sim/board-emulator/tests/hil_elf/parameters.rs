@@ -79,7 +79,7 @@ fn a_stored_set_is_kept_over_resets_and_power_cycles() {
     let mut cycled = powered_with(&region(&mut board));
     cycled.run(STARTED_MS);
     assert_eq!(read(&mut cycled), NEW);
-    assert_eq!(cycled.ask(ParameterRequest::Defaults), ParameterAnswer::DefaultsReady);
+    assert_eq!(cycled.ask(ParameterRequest::BuiltIn), ParameterAnswer::BuiltInReady);
     assert_eq!(cycled.ask(ParameterRequest::Store), ParameterAnswer::Stored);
     let mut back = powered_with(&region(&mut cycled));
     back.run(STARTED_MS);

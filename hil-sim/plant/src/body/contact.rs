@@ -35,7 +35,7 @@ pub struct Linear {
 }
 
 impl ContactMode {
-    /// The mode of a slip velocity.
+    /// The mode of a slip.
     #[inline]
     pub fn of(slip: [f64; 2], band: f64) -> Self {
         let speed = (slip[0] * slip[0] + slip[1] * slip[1]).sqrt();
@@ -158,7 +158,7 @@ impl GearMode {
 }
 
 impl Linear {
-    /// The force of the law at a slip velocity.
+    /// The force of the law at a slip.
     #[inline]
     pub fn force(&self, slip: [f64; 2]) -> [f64; 2] {
         let [xx, xy, yy] = self.stiffness;

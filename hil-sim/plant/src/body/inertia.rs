@@ -11,41 +11,41 @@ pub struct Inertia {
     pub arm_mass: f64,
     /// First moment m l of the arm about the axle, including its payload, in kg m.
     pub arm_first: f64,
-    /// Second moment m l^2 of the arm, including its payload.
+    /// Second moment m l^2 of the arm, including its payload, in kg m^2.
     pub arm_second: f64,
     /// Angle of the arm's centre of mass ahead of the arm's axis, in rad: 0 without a payload beside the
     /// axis.
     pub arm_offset: f64,
-    /// First moment of the spar (camera above, motor and ballast's pivot below), hanging positive.
+    /// First moment of the spar (camera above, motor and ballast's pivot below), hanging positive, in kg m.
     pub spar_first: f64,
-    /// Second moment of the spar, including the ballast's mass at its pivot.
+    /// Second moment of the spar, including the ballast's mass at its pivot, in kg m^2.
     pub spar_second: f64,
-    /// First moment of the ballast about its pivot.
+    /// First moment of the ballast about its pivot, in kg m.
     pub ballast_first: f64,
-    /// Second moment of the ballast about its pivot.
+    /// Second moment of the ballast about its pivot, in kg m^2.
     pub ballast_second: f64,
-    /// Coupling of spar and ballast, m_r l_m l_r.
+    /// Coupling of spar and ballast, m_r l_m l_r, in kg m^2.
     pub cross: f64,
-    /// Yaw inertia with every mass at the axle: 2 m_w d^2 + J0.
+    /// Yaw inertia with every mass at the axle: 2 m_w d^2 + J0, in kg m^2.
     pub yaw: f64,
-    /// Spin inertia of one wheel.
+    /// Spin inertia of one wheel, in kg m^2.
     pub wheel: f64,
-    /// Rotor inertia of the left and the right drive at its output, n^2 J; 0 where a gearbox with play lets
+    /// Rotor inertia of the left and the right drive at its output, n^2 J, in kg m^2; 0 where a gearbox with play lets
     /// the rotor turn freely.
     pub rotor: [f64; 2],
-    /// Rotor inertia of the ballast motor at its output.
+    /// Rotor inertia of the ballast motor at its output, in kg m^2.
     pub ballast_rotor: f64,
-    /// Viscous damping between one wheel and the arm.
+    /// Viscous damping between one wheel and the arm, in N m s.
     pub bearing_damping: f64,
-    /// Viscous damping of the spar's bearing, pivoted on the arm.
+    /// Viscous damping of the spar's bearing, pivoted on the arm, in N m s.
     pub spar_damping: f64,
-    /// Mean of the wheels' radii.
+    /// Mean of the wheels' radii, in m.
     pub radius: f64,
-    /// The left wheel's radius less the right wheel's.
+    /// The left wheel's radius less the right wheel's, in m.
     pub radius_difference: f64,
-    /// Distance of the camera above the axle.
+    /// Distance of the camera above the axle, in m.
     pub spar_length: f64,
-    /// Half the track.
+    /// Half the track, in m.
     pub half_track: f64,
     /// Whether the vehicle has a spar.
     pub has_spar: bool,

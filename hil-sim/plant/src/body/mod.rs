@@ -62,6 +62,7 @@
 //! for any vehicle on any ground, `rolling` with the known zeros of a vehicle that rolls on a plane.
 
 mod contact;
+mod coordinates;
 mod inertia;
 mod joint;
 mod ldl;
@@ -76,6 +77,8 @@ mod tests;
 mod tracked_angle;
 
 use contact::{ContactMode, GearMode};
+use coordinates::{ANGLES, JOINTS};
+pub use coordinates::{BALLAST, FORWARD, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, YAW};
 pub use inertia::Inertia;
 pub use joint::JointTorque;
 use ldl::{SPEEDS, Speeds, dot};
@@ -91,44 +94,14 @@ use tracked_angle::TrackedAngles;
 
 use super::terrain::Ground;
 
-// The order is that of elimination: speeds with few couplings come first (see `ldl`). Of the wheels, which do not couple to
-// each other, the right one is eliminated and summed first.
-/// Index of the left wheel.
-pub const LEFT: usize = 0;
-/// Index of the right wheel.
-pub const RIGHT: usize = 1;
-/// Index of the ballast (absolute).
-pub const BALLAST: usize = 2;
-/// Index of the spar.
-pub const SPAR: usize = 3;
-/// Index of y (position) and of the speed to the left.
-pub const SIDE: usize = 4;
-/// Index of x (position) and of the forward speed.
-pub const FORWARD: usize = 5;
-/// Index of the height and of the speed off the plane.
-pub const LIFT: usize = 6;
-/// Index of heading and yaw rate.
-pub const YAW: usize = 7;
-/// Index of the arm.
-pub const PHI: usize = 8;
-/// The angles: positions whose rates are the speeds themselves.
-const ANGLES: [usize; 6] = [LEFT, RIGHT, BALLAST, SPAR, YAW, PHI];
-
-/// Rows of the joints over the speeds, in the order of [`model::sample::Motor`].
-const JOINTS: [[(usize, f64); 2]; MOTORS] = [
-    [(LEFT, 1.0), (PHI, 1.0)],
-    [(RIGHT, 1.0), (PHI, 1.0)],
-    [(BALLAST, 1.0), (SPAR, -1.0)],
-];
-
 /// The motion over the last substep of a body that swings about the axle.
 #[derive(Debug, Clone, Copy)]
 pub struct Swing {
     /// Sine and cosine of its angle from the plane's normal, in the middle of the substep.
     pub sin_cos: (f64, f64),
-    /// Mean rate.
+    /// Mean rate, in rad/s.
     pub rate: f64,
-    /// Mean acceleration.
+    /// Mean acceleration, in rad/s^2.
     pub acceleration: f64,
 }
 
@@ -137,9 +110,9 @@ pub struct Swing {
 pub struct WheelContact {
     /// Normal force in N (mean over the substep).
     pub normal_n: f64,
-    /// Longitudinal force on the wheel, forward positive.
+    /// Longitudinal force on the wheel in N, forward positive.
     pub longitudinal_n: f64,
-    /// Lateral force on the wheel, left positive.
+    /// Lateral force on the wheel in N, left positive.
     pub lateral_n: f64,
     /// Slip of the contact point: forward speed of the centre along its path less r theta'.
     pub slip_m_s: f64,
@@ -160,7 +133,7 @@ pub struct Body {
     acceleration: Speeds,
     gravity: Gravity,
     axle_roll: AxleRoll,
-    /// Contacts of the right and the left wheel.
+    /// Contacts of the left and the right wheel.
     wheels: [WheelContact; 2],
     wheel_modes: [ContactMode; 2],
     gear_modes: [GearMode; MOTORS],

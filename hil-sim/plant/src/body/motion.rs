@@ -9,11 +9,11 @@ use super::{BALLAST, FORWARD, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, YAW};
 /// Components of g in the axes of the heading, in m/s^2: backward, rightward and downward.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Gravity {
-    /// Against the heading (uphill positive).
+    /// Against the heading (uphill positive), in m/s^2.
     pub along: f64,
-    /// Against the left side (left uphill positive).
+    /// Against the left side (left uphill positive), in m/s^2.
     pub across: f64,
-    /// Against the plane's normal.
+    /// Against the plane's normal, in m/s^2.
     pub normal: f64,
 }
 
@@ -36,26 +36,26 @@ pub struct Configuration {
     pub arm: (f64, f64),
     /// Sine and cosine of the spar's angle.
     pub spar: (f64, f64),
-    /// First moments times cosine: the coupling of a body's angle with the forward speed.
+    /// First moments times cosine, in kg m: the coupling of a body's angle with the forward speed.
     pub forward: [f64; 3],
-    /// First moments times sine: the coupling of a body's angle with the speed off the plane.
+    /// First moments times sine, in kg m: the coupling of a body's angle with the speed off the plane.
     pub lift: [f64; 3],
-    /// Second moments times sine times sine.
+    /// Second moments times sine times sine, in kg m^2.
     sine2: [f64; 3],
-    /// Second moments times sine times cosine.
+    /// Second moments times sine times cosine, in kg m^2.
     mixed: [f64; 3],
-    /// The coupling of spar and ballast times the spar's sine or cosine times the ballast's sine or cosine.
+    /// The coupling of spar and ballast times the spar's sine or cosine times the ballast's sine or cosine, in kg m^2.
     sine_sine: f64,
     sine_cosine: f64,
     cosine_sine: f64,
     cosine_cosine: f64,
-    /// Sum of the masses times their distances ahead of the axle.
+    /// Sum of the masses times their distances ahead of the axle, in kg m.
     pub ahead: f64,
-    /// Sum of the masses times their heights above the axle (negative while they hang).
+    /// Sum of the masses times their heights above the axle (negative while they hang), in kg m.
     pub above: f64,
-    /// Sum of the masses times the squares of their distances ahead.
+    /// Sum of the masses times the squares of their distances ahead, in kg m^2.
     pub ahead2: f64,
-    /// Sum of the masses times distance ahead times height above.
+    /// Sum of the masses times distance ahead times height above, in kg m^2.
     pub product: f64,
 }
 

@@ -7,7 +7,7 @@ use crate::terrain::Ground;
 /// Left and right: index of the wheel, and which way the yaw rate moves it.
 const SIDES: [(usize, f64); 2] = [(LEFT, -1.0), (RIGHT, 1.0)];
 
-/// Geometry of the right and the left contact in one substep.
+/// Geometry of the left and the right contact in one substep.
 pub(super) struct Contacts {
     /// Rise of each path along the heading, the cosine of the path's angle, and the cosine's
     /// reciprocal.

@@ -101,7 +101,7 @@ impl Body {
         None
     }
 
-    /// Solves for a vehicle that rolls on a plane, with the normal forces `normals` of the right and the left wheel.
+    /// Solves for a vehicle that rolls on a plane, with the normal forces `normals` of the left and the right wheel.
     #[inline(always)]
     pub(super) fn solve_rolling(&self, substep: &Substep<'_>, normals: [f64; 2]) -> Solution {
         let contacts = substep.contacts;

@@ -20,8 +20,8 @@ fn ground(slope_x_rad: f64, slope_y_rad: f64, friction: f64, radius: f64) -> Gro
         slope_y_rad,
     };
     let friction = Friction {
-        right: friction,
         left: friction,
+        right: friction,
     };
     Ground::new(Terrain::new(plane, friction, vec![], vec![]).unwrap(), radius).unwrap()
 }

@@ -15,7 +15,7 @@ use crate::{MOTORS, Plant};
 const OPEN: [BridgeState; MOTORS] = [BridgeState::Open; MOTORS];
 
 fn level() -> Terrain {
-    Terrain::incline(0.0, 0.8).expect("level")
+    Terrain::slope(0.0, 0.8).expect("level")
 }
 
 /// Without friction in bearings and gearboxes.

@@ -167,7 +167,7 @@ fn settings(backlash_deg: f64, stiffness: f64) -> PlantSettings {
 #[test]
 fn stiff_teeth_without_play_are_the_rigid_gearbox() {
     let run = |settings: &PlantSettings| -> Vec<Truth> {
-        let terrain = Terrain::incline(0.03, 0.8).expect("a slope");
+        let terrain = Terrain::slope(0.03, 0.8).expect("a slope");
         let mut plant = Plant::with_settings(&bare_vehicle(), &SCALES, terrain, 1, settings).expect("a plant");
         (0..3000)
             .map(|k| {
@@ -193,7 +193,7 @@ fn stiff_teeth_without_play_are_the_rigid_gearbox() {
 fn the_encoder_shows_the_lost_motion_and_the_wheel_does_not_move() {
     let backlash_deg = 1.0;
     let stiffness = 3000.0;
-    let terrain = Terrain::incline(0.0, 0.8).expect("level");
+    let terrain = Terrain::slope(0.0, 0.8).expect("level");
     let mut plant = Plant::with_settings(&bare_vehicle(), &SCALES, terrain, 1, &settings(backlash_deg, stiffness))
         .expect("a plant");
     plant.set_jammed(0, true);
@@ -223,7 +223,7 @@ fn with_play_the_vehicle_keeps_its_energy_but_for_what_friction_takes() {
     parameters.body.bearing_damping_n_m_s = 0.0;
     parameters.drive_motor.coulomb_friction_n_m = 0.0;
     let vehicle = model::vehicle::Vehicle::new(parameters).expect("a vehicle");
-    let terrain = Terrain::incline(0.0, 0.8).expect("level");
+    let terrain = Terrain::slope(0.0, 0.8).expect("level");
     let mut plant = Plant::with_settings(&vehicle, &SCALES, terrain, 1, &settings(1.0, 3000.0)).expect("a plant");
     // The wheels are turned back by the same angle, so joints and teeth keep their positions.
     let (q, _) = plant.body_mut().state_mut();

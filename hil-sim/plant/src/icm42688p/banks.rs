@@ -1,7 +1,9 @@
 //! The part's registers in their banks.
 
-use super::Words;
 use super::registers as reg;
+
+/// A sample: temperature, accelerometer x, y, z, gyro x, y, z, as in the registers from TEMP_DATA1.
+pub(super) type Words = [i16; 7];
 
 /// Registers of one bank.
 const BANK_SIZE: usize = 128;

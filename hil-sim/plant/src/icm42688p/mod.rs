@@ -21,12 +21,10 @@ pub mod registers;
 mod tests;
 
 use adaptive::AdaptiveRange;
-use banks::Banks;
+use banks::{Banks, Words};
 use bus::Transfer;
 use registers as reg;
 
-/// A sample: temperature, accelerometer x, y, z, gyro x, y, z, as in the registers from TEMP_DATA1.
-type Words = [i16; 7];
 /// Contents of the data registers while a sensor is off or starting up.
 const INVALID: i16 = i16::MIN;
 /// One of the two sensors: its power-up and its clock, in s of the plant.
@@ -138,7 +136,7 @@ impl Icm42688pModel {
         self.configure();
     }
 
-    /// How long ago the part measured what it last measured, in s.
+    /// How long ago the part measured what it last measured, in s. For tests.
     pub fn sample_age_s(&self) -> f64 {
         self.time_s - self.measured_s
     }

@@ -2,6 +2,7 @@
 //! computed by hand.
 
 use super::*;
+use crate::battery::Battery;
 use crate::tests::reference_vehicle;
 
 const H: f64 = 5e-4;

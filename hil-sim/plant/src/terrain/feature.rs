@@ -4,7 +4,25 @@ use core::f64::consts::TAU;
 
 use model::real::Real;
 
-use super::{TerrainError, WheelPath, check};
+use super::error::{TerrainError, check};
+
+/// Height of a wheel's centre, and the slope of its path.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct WheelPath {
+    /// Height of the centre above its height on the bare plane, in m.
+    pub height_m: f64,
+    /// Rise of the centre's path per metre along x.
+    pub slope: f64,
+}
+
+impl WheelPath {
+    pub(super) fn plus(self, other: Self) -> Self {
+        Self {
+            height_m: self.height_m + other.height_m,
+            slope: self.slope + other.slope,
+        }
+    }
+}
 
 /// Largest height of a step, as a share of the wheel's radius.
 const STEP_MAX: f64 = 0.3;
@@ -38,7 +56,7 @@ pub enum Feature {
     },
     /// A kerb: from `at_m` on the ground is `height_m` higher (lower if negative), by at most 0.3 of
     /// the wheel's radius.
-    Step {
+    Edge {
         /// Place of the edge.
         at_m: f64,
         /// Height, positive up.
@@ -84,7 +102,7 @@ impl Feature {
                 check(at("height_m"), height_m, 0.0, 100.0)?;
                 check(at("waves"), f64::from(waves), 1.0, 1e6)
             }
-            Self::Step { at_m, height_m } => {
+            Self::Edge { at_m, height_m } => {
                 check(at("at_m"), at_m, -1e6, 1e6)?;
                 // The bound by the wheel's radius follows in `Locus::new`.
                 check(at("height_m"), height_m, -10.0, 10.0)
@@ -165,7 +183,7 @@ impl Locus {
                 hollow(0.5 * height_m * wave_number * wave_number)?;
                 wave_number
             }
-            Feature::Step { height_m, .. } => {
+            Feature::Edge { height_m, .. } => {
                 let limit = STEP_MAX * radius;
                 within_wheel("height_m", height_m, -limit, limit)?;
                 let drop = radius - height_m.abs();
@@ -219,7 +237,7 @@ impl Locus {
                     self.parallel(x, shape)
                 }
             }
-            Feature::Step { at_m, height_m } => {
+            Feature::Edge { at_m, height_m } => {
                 // A step down is a step up that the wheel approaches backwards from its upper side.
                 let (ahead, base) = if height_m >= 0.0 {
                     (x - at_m, 0.0)

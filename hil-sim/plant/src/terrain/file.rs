@@ -35,7 +35,9 @@ impl TryFrom<TerrainFile> for Terrain {
 enum FeatureKind {
     Ramp,
     Sine,
-    Step,
+    /// An edge, a `step` of the ground in files.
+    #[serde(rename = "step")]
+    Edge,
     Joints,
 }
 
@@ -80,7 +82,7 @@ impl FeatureFile {
                 height_m: take(table, "height_m", &mut self.height_m)?,
                 waves: take(table, "waves", &mut self.waves)?,
             },
-            FeatureKind::Step => Feature::Step {
+            FeatureKind::Edge => Feature::Edge {
                 at_m: take(table, "at_m", &mut self.at_m)?,
                 height_m: take(table, "height_m", &mut self.height_m)?,
             },

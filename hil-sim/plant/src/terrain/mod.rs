@@ -9,14 +9,14 @@
 //!     slope_y_rad = 0.0         # positive downhill to the left: beta_y of (6.5)
 //!
 //!     [friction]                # coefficient under each wheel
-//!     right = 0.8
 //!     left = 0.8
+//!     right = 0.8
 //!
 //!     [[patch]]                 # friction between two places, the last patch that covers a place wins
 //!     from_m = 4.0
 //!     to_m = 6.0
-//!     right = 0.1
 //!     left = 0.6
+//!     right = 0.1
 //!
 //!     [[profile]]               # features that rise above the plane
 //!     kind = "step"
@@ -38,137 +38,20 @@
 use model::real::Real;
 use model::vehicle::GRAVITY_M_S2;
 use serde::Deserialize;
-use thiserror::Error;
 
+mod error;
 mod feature;
 mod file;
+mod surface;
 #[cfg(test)]
 mod tests;
 
-pub use feature::Feature;
+pub use error::TerrainError;
+use error::check;
 use feature::Locus;
+pub use feature::{Feature, WheelPath};
 pub use file::TerrainFile;
-
-/// Why a terrain is refused.
-#[derive(Debug, Error, PartialEq)]
-pub enum TerrainError {
-    /// A number is out of its range or not a number.
-    #[error("terrain: {field} = {value}: allowed is {min} to {max}")]
-    OutOfRange {
-        /// Table and key.
-        field: String,
-        /// The refused value.
-        value: f64,
-        /// Smallest allowed value.
-        min: f64,
-        /// Largest allowed value.
-        max: f64,
-    },
-    /// A number is out of the range that the wheels can follow.
-    #[error("terrain: {field} = {value}: allowed is {min} to {max} for wheels of {radius_m} m radius")]
-    BeyondWheel {
-        /// Table and key.
-        field: String,
-        /// The refused value.
-        value: f64,
-        /// Smallest allowed value.
-        min: f64,
-        /// Largest allowed value.
-        max: f64,
-        /// The wheels' radius.
-        radius_m: f64,
-    },
-    /// A field of a feature's kind is missing.
-    #[error("terrain: {field} is missing")]
-    Missing {
-        /// Table and key.
-        field: String,
-    },
-    /// A field of another kind of feature.
-    #[error("terrain: {field}: a feature of this kind has no such field")]
-    NotOfKind {
-        /// Table and key.
-        field: String,
-    },
-    /// An interval is empty.
-    #[error("terrain: {field}: to_m = {to_m} must be greater than from_m = {from_m}")]
-    EmptyInterval {
-        /// Table.
-        field: String,
-        /// Start.
-        from_m: f64,
-        /// End.
-        to_m: f64,
-    },
-    /// A hollow is narrower than the wheel.
-    #[error(
-        "terrain: profile[{index}]: its sharpest hollow has radius {hollow_m:.4} m, the wheel {radius_m} m: \
-         the wheel would touch it in two places; make it longer or lower"
-    )]
-    NarrowHollow {
-        /// Number of the feature.
-        index: usize,
-        /// Smallest radius of curvature of the hollow.
-        hollow_m: f64,
-        /// The wheel's radius.
-        radius_m: f64,
-    },
-}
-
-impl TerrainError {
-    /// Table and key of the error.
-    pub fn field(&self) -> String {
-        match self {
-            Self::OutOfRange { field, .. }
-            | Self::BeyondWheel { field, .. }
-            | Self::Missing { field }
-            | Self::NotOfKind { field }
-            | Self::EmptyInterval { field, .. } => field.clone(),
-            Self::NarrowHollow { index, .. } => format!("profile[{index}]"),
-        }
-    }
-}
-
-/// Inclination of the base plane (6.5).
-#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Plane {
-    /// Slope along x in rad, positive uphill, -1.2 to 1.2.
-    pub slope_x_rad: f64,
-    /// Slope about x in rad, positive downhill along y (to the left), -1.2 to 1.2.
-    pub slope_y_rad: f64,
-}
-
-/// Friction coefficient under each wheel, 0 to 5.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Friction {
-    /// Under the left wheel.
-    pub left: f64,
-    /// Under the right wheel.
-    pub right: f64,
-}
-
-impl Default for Friction {
-    /// Rubber on dry concrete.
-    fn default() -> Self {
-        Self { left: 0.8, right: 0.8 }
-    }
-}
-
-/// Different friction between two places.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Patch {
-    /// Start along x.
-    pub from_m: f64,
-    /// End along x.
-    pub to_m: f64,
-    /// Coefficient under the left wheel, 0 to 5.
-    pub left: f64,
-    /// Coefficient under the right wheel, 0 to 5.
-    pub right: f64,
-}
+pub use surface::{Friction, Patch, Plane};
 
 /// A checked terrain, independent of the vehicle that drives on it.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
@@ -178,20 +61,6 @@ pub struct Terrain {
     friction: Friction,
     patches: Vec<Patch>,
     profile: Vec<Feature>,
-}
-
-/// Refuses a value outside its range, NaN included.
-fn check(field: impl Into<String>, value: f64, min: f64, max: f64) -> Result<(), TerrainError> {
-    if value >= min && value <= max {
-        Ok(())
-    } else {
-        Err(TerrainError::OutOfRange {
-            field: field.into(),
-            value,
-            min,
-            max,
-        })
-    }
 }
 
 impl Terrain {
@@ -234,11 +103,11 @@ impl Terrain {
         })
     }
 
-    /// A plane inclined by `slope_x_rad` along x, with one friction coefficient.
+    /// A slope: a plane inclined by `slope_x_rad` along x, with one friction coefficient.
     ///
     /// # Errors
     /// A value out of range.
-    pub fn incline(slope_x_rad: f64, friction: f64) -> Result<Self, TerrainError> {
+    pub fn slope(slope_x_rad: f64, friction: f64) -> Result<Self, TerrainError> {
         let plane = Plane {
             slope_x_rad,
             slope_y_rad: 0.0,
@@ -266,24 +135,6 @@ impl Terrain {
                 left: patch.left,
                 right: patch.right,
             })
-    }
-}
-
-/// Height of a wheel's centre, and the slope of its path.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct WheelPath {
-    /// Height of the centre above its height on the bare plane, in m.
-    pub height_m: f64,
-    /// Rise of the centre's path per metre along x.
-    pub slope: f64,
-}
-
-impl WheelPath {
-    fn plus(self, other: Self) -> Self {
-        Self {
-            height_m: self.height_m + other.height_m,
-            slope: self.slope + other.slope,
-        }
     }
 }
 

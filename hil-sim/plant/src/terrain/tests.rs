@@ -42,13 +42,13 @@ fn agrees(ground: &Ground, profile: impl Fn(f64) -> f64 + Copy, places: &[f64]) 
 
 #[test]
 fn a_wheel_rolls_over_a_kerb_on_the_circle_about_its_edge() {
-    let up = ground(vec![Feature::Step {
+    let up = ground(vec![Feature::Edge {
         at_m: 1.0,
         height_m: 0.075,
     }]);
     let profile = |x: f64| if x >= 1.0 { 0.075 } else { 0.0 };
     agrees(&up, profile, &[0.5, 0.8, 0.83, 0.9, 0.99, 1.01, 1.5]);
-    let down = ground(vec![Feature::Step {
+    let down = ground(vec![Feature::Edge {
         at_m: 1.0,
         height_m: -0.05,
     }]);
@@ -141,22 +141,22 @@ fn up_is_as_the_thesis_has_it() {
 
 #[test]
 fn the_last_patch_that_covers_a_place_wins() {
-    let patch = |from_m, to_m, right, left| Patch {
+    let patch = |from_m, to_m, left, right| Patch {
         from_m,
         to_m,
         left,
         right,
     };
-    let patches = vec![patch(0.0, 10.0, 0.5, 0.4), patch(2.0, 3.0, 0.1, 0.2)];
+    let patches = vec![patch(0.0, 10.0, 0.4, 0.5), patch(2.0, 3.0, 0.2, 0.1)];
     let terrain = Terrain::new(Plane::default(), Friction::default(), patches, vec![]).unwrap();
     let at = |x| {
         let f = terrain.friction_at(x);
-        (f.right, f.left)
+        (f.left, f.right)
     };
     assert_eq!(at(-0.1), (0.8, 0.8));
-    assert_eq!(at(1.0), (0.5, 0.4));
-    assert_eq!(at(2.0), (0.1, 0.2));
-    assert_eq!(at(3.0), (0.5, 0.4));
+    assert_eq!(at(1.0), (0.4, 0.5));
+    assert_eq!(at(2.0), (0.2, 0.1));
+    assert_eq!(at(3.0), (0.4, 0.5));
     assert_eq!(at(10.0), (0.8, 0.8));
 }
 
@@ -170,7 +170,7 @@ fn bad_terrains_are_refused_with_the_field_and_what_is_allowed() {
     );
     let message = refused("[plane]\nslope = 0.1");
     assert!(message.contains("unknown field `slope`"), "{message}");
-    let message = refused("[[patch]]\nfrom_m = 2.0\nto_m = 1.0\nright = 0.1\nleft = 0.1");
+    let message = refused("[[patch]]\nfrom_m = 2.0\nto_m = 1.0\nleft = 0.1\nright = 0.1");
     assert!(
         message.contains("patch[0]: to_m = 1 must be greater than from_m = 2"),
         "{message}"

@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn a_wheel_that_spins_pulls_with_its_friction_and_no_more() {
-    let terrain = Terrain::incline(0.0, 0.05).unwrap();
+    let terrain = Terrain::slope(0.0, 0.05).unwrap();
     let mut plant = Plant::new(&bare_vehicle(), &SCALES, terrain, 1).unwrap();
     let mass = 13.6;
     let (mut normal, mut pull, mut spun) = (0.0, 0.0, 0);
@@ -61,7 +61,7 @@ fn roll_at_kerb(height: f64, speed: f64) -> (Truth, Truth, f64) {
     parameters.drive_motor.rotor_inertia_kg_m2 = 0.0;
     let vehicle = Vehicle::new(parameters).unwrap();
     let text =
-        format!("[friction]\nright = 5.0\nleft = 5.0\n[[profile]]\nkind = \"step\"\nat_m = 0.4\nheight_m = {height}\n");
+        format!("[friction]\nleft = 5.0\nright = 5.0\n[[profile]]\nkind = \"step\"\nat_m = 0.4\nheight_m = {height}\n");
     let mut plant = Plant::new(&vehicle, &SCALES, terrain(&text), 1).unwrap();
     roll(&mut plant, speed);
     let start = plant.body().energy(plant.ground());
@@ -141,7 +141,7 @@ fn joints_shake_the_accelerometer_at_every_rail_length() {
 #[test]
 fn across_a_slippery_side_slope_it_slides_sideways() {
     let (slope, mu) = (0.3_f64, 0.2_f64);
-    let text = format!("[plane]\nslope_y_rad = {slope}\n[friction]\nright = {mu}\nleft = {mu}\n");
+    let text = format!("[plane]\nslope_y_rad = {slope}\n[friction]\nleft = {mu}\nright = {mu}\n");
     let mut plant = Plant::new(&coasting_vehicle(), &SCALES, terrain(&text), 1).unwrap();
     for _ in 0..1000 {
         plant.advance(1e-3, &OPEN);
@@ -153,7 +153,7 @@ fn across_a_slippery_side_slope_it_slides_sideways() {
     assert!((truth.side_speed_m_s / expected - 1.0).abs() < 2e-3, "{truth:?}");
     assert!(truth.sliding == [true; 2] && truth.x_m.abs() < 1e-6);
     // A vehicle that rolls on a slope less steep than the friction angle keeps its track.
-    let text = format!("[plane]\nslope_y_rad = 0.1\n[friction]\nright = {mu}\nleft = {mu}\n");
+    let text = format!("[plane]\nslope_y_rad = 0.1\n[friction]\nleft = {mu}\nright = {mu}\n");
     let mut plant = Plant::new(&coasting_vehicle(), &SCALES, terrain(&text), 1).unwrap();
     roll(&mut plant, 1.0);
     for _ in 0..1000 {
@@ -168,7 +168,7 @@ fn across_a_slippery_side_slope_it_slides_sideways() {
 
 #[test]
 fn one_wheel_on_ice_turns_it_towards_that_wheel() {
-    let text = "[friction]\nright = 0.02\nleft = 0.8\n";
+    let text = "[friction]\nleft = 0.8\nright = 0.02\n";
     let mut plant = Plant::new(&reference_vehicle(), &SCALES, terrain(text), 1).unwrap();
     let mut spun = false;
     for _ in 0..400 {
@@ -179,7 +179,7 @@ fn one_wheel_on_ice_turns_it_towards_that_wheel() {
     let truth = plant.truth();
     assert!(spun && truth.heading_rad < -0.05, "{truth:?}");
     // With the same duties on dry ground the vehicle drives straight.
-    let mut plant = Plant::new(&reference_vehicle(), &SCALES, incline(0.0), 1).unwrap();
+    let mut plant = Plant::new(&reference_vehicle(), &SCALES, slope(0.0), 1).unwrap();
     for _ in 0..400 {
         plant.advance(1e-3, &drive(0.25, 0.25, 0.0));
     }

@@ -5,7 +5,7 @@ use super::*;
 #[test]
 fn one_seed_one_run() {
     let run = |seed| {
-        let mut plant = Plant::new(&reference_vehicle(), &SCALES, incline(0.05), seed).unwrap();
+        let mut plant = Plant::new(&reference_vehicle(), &SCALES, slope(0.05), seed).unwrap();
         start_imu(plant.arm_imu());
         let mut log = Vec::new();
         for k in 0..300 {
@@ -26,13 +26,13 @@ fn steps_ten_times_shorter_change_little() {
     // All effects together: spar, turning, a ramp, slippery patches, jumping duties.
     let text = r#"
         [friction]
-        right = 0.8
         left = 0.8
+        right = 0.8
         [[patch]]
         from_m = 1.0
         to_m = 1.6
-        right = 0.05
         left = 0.3
+        right = 0.05
         [[profile]]
         kind = "ramp"
         from_m = 0.4
@@ -77,7 +77,7 @@ fn steps_ten_times_shorter_change_little() {
 
 #[test]
 fn a_look_ahead_finds_what_half_a_step_finds() {
-    let mut plant = Plant::new(&reference_vehicle(), &SCALES, incline(0.05), 1).unwrap();
+    let mut plant = Plant::new(&reference_vehicle(), &SCALES, slope(0.05), 1).unwrap();
     let mut differences = Vec::new();
     for k in 0..3000 {
         // Duties that ramp, like those of a law, and jump, as at a limit.
@@ -107,7 +107,7 @@ fn nothing_is_foretold_where_the_motion_has_kinks() {
         plant.advance(1e-3, &bridges);
         plant.analog_after(5e-4, &bridges).is_some()
     };
-    let mut plant = Plant::new(&reference_vehicle(), &SCALES, incline(0.0), 1).unwrap();
+    let mut plant = Plant::new(&reference_vehicle(), &SCALES, slope(0.0), 1).unwrap();
     plant.advance(1e-3, &bridges);
     assert!(after(&mut plant));
     assert!(
@@ -116,7 +116,7 @@ fn nothing_is_foretold_where_the_motion_has_kinks() {
     );
     plant.set_chocked(true);
     assert!(!after(&mut plant), "chocks");
-    let ice = terrain("[friction]\nright = 0.01\nleft = 0.01");
+    let ice = terrain("[friction]\nleft = 0.01\nright = 0.01");
     let mut plant = Plant::new(&reference_vehicle(), &SCALES, ice, 1).unwrap();
     for _ in 0..100 {
         plant.advance(1e-3, &drive(0.5, 0.5, 0.0));
@@ -163,7 +163,7 @@ fn any_vehicle_on_any_ground_stays_finite_and_within_its_means() {
         };
         let step = 0.2 * parameters.body.wheel_radius_m;
         let text = format!(
-            "[plane]\nslope_x_rad = {}\nslope_y_rad = {}\n[friction]\nright = {}\nleft = {}\n\
+            "[plane]\nslope_x_rad = {}\nslope_y_rad = {}\n[friction]\nleft = {}\nright = {}\n\
              [[profile]]\nkind = \"step\"\nat_m = 0.3\nheight_m = {step}\n\
              [[profile]]\nkind = \"step\"\nat_m = -0.6\nheight_m = {step}\n",
             uniform(-0.5, 0.5),

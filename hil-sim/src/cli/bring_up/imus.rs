@@ -6,6 +6,7 @@ use firmware::drive_board::SCALES;
 use firmware::flight_record::FlightRecord;
 use firmware::hardware::Place;
 use model::sample::ImuRaw;
+use model::supervise::plausibility::REPEATED_TICKS;
 
 use super::person::{Person, Reply};
 use super::procedure::{Procedure, StepEnd};
@@ -19,8 +20,6 @@ const GRAVITY_SHARE: f64 = 0.05;
 const HANGS_RAD: f64 = 0.26;
 /// Largest rate of a still gyro, rad/s: beyond it the board does not calibrate.
 const STILL_RAD_S: f64 = 0.1;
-/// Number of equal readings in a row that show a dead sensor.
-const REPEATED_TICKS: usize = 20;
 /// Smallest angle of a tilted arm or spar, rad: 20 degrees minus the error of a hand.
 const TILT_RAD: f64 = 0.26;
 /// Largest difference between gyro and accelerometer, as a share of the angle.
@@ -40,7 +39,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
         let good = (rest.g - 1.0).abs() < GRAVITY_SHARE
             && rest.angle_rad.abs() < HANGS_RAD
             && rest.rate_rad_s < STILL_RAD_S
-            && rest.repeated < REPEATED_TICKS;
+            && rest.repeated < usize::from(REPEATED_TICKS);
         Ok(Finding::of(good, seen))
     }
 

@@ -32,12 +32,12 @@ const CONTENDERS: [(&str, &str, Change); 4] = [
     ),
     (
         "Eq. 3.25, swing damped",
-        "law = \"eq-3.25\" as the file has it: what flew before the landing law",
+        "law = \"eq-3.25\" as the file has it: the law before the landing law",
         |p| p.control.law = EQ_3_25,
     ),
     (
         "landing, no governor",
-        "law = \"landing\" told of grip 2, an arm that may turn to 3.1 rad, and no ramp",
+        "law = \"landing\" with grip_mu set to 2, an arm that may turn to 3.1 rad, and no ramp",
         |p| {
             p.control.law = LANDING;
             p.control.grip_mu = 2.0;

@@ -18,7 +18,7 @@ pub struct RunReport {
     charts: ChartRows,
 }
 
-/// The address of `file` on a page in `folder`; nothing for a file that is not there, or whose name is no text.
+/// The address of `file` on a page in `folder`; nothing for a file that is not there, or whose name is not text.
 fn address(folder: &Path, file: &Path) -> Option<String> {
     let (folder, file) = (folder.canonicalize().ok()?, file.canonicalize().ok()?);
     let common = folder

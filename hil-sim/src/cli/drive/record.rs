@@ -16,7 +16,7 @@ use report::files::GrowingFile;
 use virtual_board::records::boots;
 use virtual_board::scenario::StoryEvent;
 
-use super::vehicle_f32;
+use super::arguments::vehicle_f32;
 use crate::cli::record_files::if_cut;
 
 /// Time between two reads of the firmware's log while a run is recorded, ms. The file receives the log during the run.

@@ -11,7 +11,7 @@ use report::visible::visible_line;
 use serde::Serialize;
 use virtual_board::scenario::{self, JudgedRun, RunVerdict, VirtualBackend, run_judged};
 
-use super::{Arguments, file_name, load_run};
+use super::arguments::{Arguments, file_name, load_run};
 
 /// Largest number of seeds of one call; a campaign takes more.
 const SEEDS_MAX: u64 = 10_000;

@@ -9,6 +9,7 @@ use firmware::protocol::message::{
 use model::command::{DriveCommand, Request};
 use model::supervise::arming::Mode;
 use model::supervise::codes::Blocker;
+use model::tick::STOPPED_M_S;
 use record_file::writer::RecordWriter;
 use report::error::CommandError;
 use virtual_board::link_client::LinkClient;
@@ -22,7 +23,7 @@ use super::wire::Wire;
 /// Longest drive, and longest display of the status, s.
 pub const SECONDS_MAX: f64 = 3600.0;
 
-/// Time for which the tool commands standstill before it arms, us: the vehicle arms only under a fresh command of 0.
+/// Time for which the tool commands rest before it arms, us: the vehicle arms only under a fresh command of 0.
 const NEUTRAL_US: u64 = 100_000;
 /// Longest wait for the calibration of the gyros, us. At rest the calibration takes half a second after a boot.
 const CALIBRATION_US: u64 = 2_000_000;
@@ -30,8 +31,7 @@ const CALIBRATION_US: u64 = 2_000_000;
 const RECORD_BEGINS_US: u64 = 1_000_000;
 /// Longest time that a stop at the end of a drive may take, us.
 const STOP_US: u64 = 4_000_000;
-/// Speed below which the vehicle counts as stopped, m/s, and the time for which it must stay below, us.
-const STOPPED_M_S: f32 = 0.05;
+/// Time for which the speed must stay below [`STOPPED_M_S`], us.
 const STOPPED_US: u64 = 500_000;
 
 /// A checked drive.
@@ -220,7 +220,7 @@ impl<W: Wire> Link<W> {
         Ok(status)
     }
 
-    /// Commands standstill, and arms.
+    /// Commands rest, and arms.
     fn arm(&mut self, drive: &DriveJob, sent_us: &mut Option<u64>) -> Result<(), NotArmed> {
         if let Err(error) = self.prepare(drive, sent_us) {
             // The client forgets a board that does not know the client.

@@ -29,8 +29,11 @@ pub(super) enum ParameterAction {
         assignments: Vec<String>,
     },
     /// Goes back to the set the firmware was built with
-    #[command(after_help = "Examples:\n  hil-sim link --port /dev/ttyACM0 parameters defaults")]
-    Defaults,
+    #[command(
+        after_help = "Examples:\n  hil-sim link --port /dev/ttyACM0 parameters built-in",
+        alias = "defaults"
+    )]
+    BuiltIn,
     /// Writes the board's set to a vehicle file
     #[command(after_help = "Examples:\n  hil-sim link --port /dev/ttyACM0 parameters dump my-vehicle.toml")]
     Dump {
@@ -71,8 +74,8 @@ pub(super) fn parameters_of<W: Wire, O: Write>(
             link.set(assignments)?;
             console.line("stored, and in force")
         }
-        ParameterAction::Defaults => {
-            link.defaults()?;
+        ParameterAction::BuiltIn => {
+            link.built_in()?;
             console.line("the set that the firmware was built with is stored, and in force")
         }
         ParameterAction::Dump { file } => {

@@ -173,9 +173,9 @@ impl<W: Wire> Link<W> {
     ///
     /// # Errors
     /// The board refuses.
-    pub fn defaults(&mut self) -> Result<(), CommandError> {
-        match self.ask(ParameterRequest::Defaults)? {
-            ParameterAnswer::DefaultsReady => self.store(),
+    pub fn built_in(&mut self) -> Result<(), CommandError> {
+        match self.ask(ParameterRequest::BuiltIn)? {
+            ParameterAnswer::BuiltInReady => self.store(),
             other => Err(not_changed(&other)),
         }
     }

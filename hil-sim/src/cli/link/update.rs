@@ -58,7 +58,7 @@ impl Update {
         // The board itself refuses an image for another board.
         if sealed.board == BOARD && sealed.start != IMAGE_START {
             return Err(
-                "the image is not linked for where the board's begins, behind its boot loader: build it anew with `.ci/build-board`",
+                "the image is linked for another address than the board's, behind its boot loader: rebuild it with `.ci/build-board`",
             );
         }
         let image = Image {

@@ -109,7 +109,7 @@ fn not_opened(name: &str, error: &serialport::Error) -> String {
                 format!("{error}; on Linux, serial ports belong to a group, often `dialout`")
             }
             serialport::ErrorKind::NoDevice => format!("{error}; another program may have opened it"),
-            _ => "is no serial port".into(),
+            _ => "is not a serial port".into(),
         };
     }
     if is_host_and_port(name) {

@@ -21,7 +21,7 @@ use super::trajectory::{Extent, Trajectory, follow};
 use super::waveform::Waveform;
 
 /// Ballast over M + m in chapter 8's example, used if neither a flag nor a vehicle file gives the value.
-pub const BALLAST: f64 = 0.15;
+pub const BALLAST_SHARE: f64 = 0.15;
 
 /// The span within which the search for a step limit looks for a whirl or a tumble, in time units.
 pub const CRITICAL_SPAN: f64 = 100.0;
@@ -119,7 +119,7 @@ pub struct CoupledRun {
 
 /// The smallest input that fails.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct StepLimit {
+pub struct CriticalStep {
     /// The smallest final voltage (or speed, with a speed loop) that fails.
     pub critical: f64,
     /// How the drive fails there.
@@ -223,13 +223,13 @@ impl SteppedDrive {
         });
     }
 
-    /// The smallest final voltage (or speed, with a speed loop) above the hold whose response whirls or
+    /// The smallest final voltage (or speed, with a speed loop) above the hold voltage whose response whirls or
     /// tumbles within [`CRITICAL_SPAN`], to 1e-8: by a scan upwards, then bisection. `None` if no final value
-    /// up to 1000 above the hold fails. [`Direction::Reverse`] searches below the hold instead.
+    /// up to 1000 above the hold voltage fails. [`Direction::Reverse`] searches below it instead.
     ///
     /// # Errors
     /// [`TooStiff`] when the responses are too stiff to be followed to their ends.
-    pub fn critical(&self, direction: Direction) -> Result<Option<StepLimit>, TooStiff> {
+    pub fn critical(&self, direction: Direction) -> Result<Option<CriticalStep>, TooStiff> {
         const BATCH: usize = 64;
         let hold = if self.law.is_some() {
             0.0
@@ -265,7 +265,7 @@ impl SteppedDrive {
                 failed => (bad, outcome) = (middle, failed),
             }
         }
-        Ok(Some(StepLimit {
+        Ok(Some(CriticalStep {
             critical: hold + way * bad,
             outcome,
         }))
@@ -295,7 +295,7 @@ const CRITICAL_STEPS_MAX: u64 = 5_000_000;
 /// The responses are too stiff to be followed to their ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "the search ended without a limit: a run of {CRITICAL_SPAN} time units needs more than {RUN_STEPS_MAX} integration steps, or all runs more than {CRITICAL_STEPS_MAX}"
+    "the search ended without a critical value: a run of {CRITICAL_SPAN} time units needs more than {RUN_STEPS_MAX} integration steps, or all runs more than {CRITICAL_STEPS_MAX}"
 )]
 pub struct TooStiff;
 

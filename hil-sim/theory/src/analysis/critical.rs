@@ -1,7 +1,7 @@
 //! The critical input: the smallest final value whose response leaves the basin of its start.
 //!
 //! A final voltage only shifts the wheel's speed error at the start (erratum E9), so the starts for all final
-//! values form a curve. The limit is the point at which that curve crosses the stable manifold of a saddle: of
+//! values form a curve. The critical value is the point at which that curve crosses the stable manifold of a saddle: of
 //! the forward saddle, `pi - phi_0`, or, on the return swing, of the backward saddle. The search first walks
 //! along the curve in steps that keep the change of the largest swing small, because values beyond a failing
 //! value may return again. It then finds the crossing from the time spent near the saddle, which grows like
@@ -20,9 +20,9 @@ use super::step_budget::{OutOfSteps, StepBudget};
 /// Direction in which the final value is searched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Direction {
-    /// Above the hold.
+    /// Above the initial value: the hold voltage, or rest.
     Forward,
-    /// Below the hold.
+    /// Below the initial value.
     Reverse,
 }
 
@@ -40,18 +40,18 @@ impl Direction {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CriticalValue {
     /// The smallest final value (in the direction searched) at which responses that return become
-    /// responses that leave; the hold itself if no response near it returns.
+    /// responses that leave; the initial value if no response near it returns.
     pub value: f64,
     /// Direction in which the arm turns: +1 forward, -1 backward.
     pub whirl_direction: i8,
-    /// Whether the response leaves its basin even at the hold, e.g. because the start rolls too fast. Then
+    /// Whether the response leaves its basin even at the initial value, e.g. because the start rolls too fast. Then
     /// the search began at the nearest final value whose response returns.
     pub hold_fails: bool,
 }
 
-/// Why the search cannot find a limit.
+/// Why the search cannot find a critical value.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-pub enum NoLimit {
+pub enum NoCriticalValue {
     /// (3.16) is violated.
     #[error("the slope has no static equilibrium to start from")]
     NoEquilibrium,
@@ -65,7 +65,7 @@ pub enum NoLimit {
     NoDamping,
     /// The responses are too slow or too stiff to be followed to their ends.
     #[error(
-        "no limit found in {steps} integration steps: responses up to {returns} return, beyond it they take too long to follow"
+        "no critical value found in {steps} integration steps: responses up to {returns} return, beyond it they take too long to follow"
     )]
     TooLong {
         /// The integration steps that the search made.
@@ -83,7 +83,7 @@ const FINAL_TOLERANCE: f64 = 1e-12;
 const RESOLUTION: f64 = 2e-11;
 /// Distance from the manifold below which the secant of two verified ends is exact to `RESOLUTION`.
 const LINEAR: f64 = 1e-6;
-/// The longest step of the walk as a share of the distance walked. Slow moves fail only far from the hold,
+/// The longest step of the walk as a share of the distance walked. Slow moves fail only far from the initial value,
 /// and there the failing values lie in windows a few per cent wide.
 const LONGEST_STEP: f64 = 0.01;
 /// The largest final value tried, as a steady speed per time unit of the move (plus one time unit).
@@ -93,37 +93,37 @@ const FARTHEST: f64 = 2000.0;
 /// ignored); `Ok(None)` if no final value fails.
 ///
 /// # Errors
-/// [`NoLimit`] if the vehicle has no basin to leave.
+/// [`NoCriticalValue`] if the vehicle has no basin to leave.
 pub fn critical(
     p: &PlanarParameters<f64>,
     input: &Input,
     start: PlanarPoint,
     direction: Direction,
-) -> Result<Option<CriticalValue>, NoLimit> {
+) -> Result<Option<CriticalValue>, NoCriticalValue> {
     critical_within(&StepBudget::default(), p, input, start, direction)
 }
 
 /// [`critical()`] with integration steps from `budget`.
 ///
 /// # Errors
-/// [`NoLimit`], as for [`critical()`].
+/// [`NoCriticalValue`], as for [`critical()`].
 pub fn critical_within(
     budget: &StepBudget,
     p: &PlanarParameters<f64>,
     input: &Input,
     start: PlanarPoint,
     direction: Direction,
-) -> Result<Option<CriticalValue>, NoLimit> {
-    let judge = Judge::new(p, input).ok_or(NoLimit::NoEquilibrium)?;
+) -> Result<Option<CriticalValue>, NoCriticalValue> {
+    let judge = Judge::new(p, input).ok_or(NoCriticalValue::NoEquilibrium)?;
     if p.zeta <= 0.0 && input.law.is_none() {
-        return Err(NoLimit::NoDamping);
+        return Err(NoCriticalValue::NoDamping);
     }
     if input.law.is_some()
         && poles(p, judge.static_phi(), input.law.as_ref())
             .iter()
             .any(|z| z[0] > 0.0)
     {
-        return Err(NoLimit::Unstable);
+        return Err(NoCriticalValue::Unstable);
     }
     let speed = if input.law.is_some() { 1.0 } else { p.zeta };
     let search = Search {
@@ -135,7 +135,7 @@ pub fn critical_within(
         budget,
         returned: Cell::new(0.0),
     };
-    search.run().map_err(|OutOfSteps { allowed }| NoLimit::TooLong {
+    search.run().map_err(|OutOfSteps { allowed }| NoCriticalValue::TooLong {
         steps: allowed,
         returns: search.target(search.returned.get()),
     })
@@ -149,11 +149,11 @@ struct Search<'a> {
     /// The change of the final value that changes the steady speed by one.
     unit: f64,
     budget: &'a StepBudget,
-    /// The farthest distance from the hold whose response is known to return.
+    /// The farthest distance from the initial value whose response is known to return.
     returned: Cell<f64>,
 }
 
-/// A final value whose response returns and a failing value beyond it, as distances from the hold.
+/// A final value whose response returns and a failing value beyond it, as distances from the initial value.
 #[derive(Debug, Clone, Copy)]
 struct Bracket {
     returns: f64,
@@ -162,7 +162,7 @@ struct Bracket {
 
 impl Search<'_> {
     fn target(&self, distance: f64) -> f64 {
-        self.input.hold + self.sign * distance
+        self.input.initial + self.sign * distance
     }
 
     fn response(&self, distance: f64, tolerance: f64) -> Result<Response, OutOfSteps> {
@@ -184,7 +184,7 @@ impl Search<'_> {
         }
     }
 
-    /// The nearest final value whose response returns: the hold, or a value whose steady speed is nearer to
+    /// The nearest final value whose response returns: the initial value, or a value whose steady speed is nearer to
     /// the speed of the start.
     fn first_return(&self) -> Result<Option<f64>, OutOfSteps> {
         let span = 10.0 + 2.0 * self.start[1].abs();
@@ -198,7 +198,7 @@ impl Search<'_> {
         Ok(None)
     }
 
-    /// Walks away from the hold, from `begin` on, until a response fails.
+    /// Walks away from the initial value, from `begin` on, until a response fails.
     fn walk(&self, begin: f64) -> Result<Option<Bracket>, OutOfSteps> {
         let walk = |d: f64| self.response(d, WALK_TOLERANCE);
         let (smallest, farthest) = (0.02 * self.unit, FARTHEST * self.unit * (1.0 + self.input.arrival()));
@@ -328,7 +328,7 @@ impl Search<'_> {
     }
 }
 
-/// A tried final value: its distance from the hold, the fate of its response, and (near the crossing) its
+/// A tried final value: its distance from the initial value, the fate of its response, and (near the crossing) its
 /// signed distance from the stable manifold, NaN if the response visited no saddle.
 #[derive(Debug, Clone, Copy)]
 struct Point {
@@ -353,7 +353,10 @@ mod tests {
             PlanarParameters { mu: 1e6, ..thesis },
         ] {
             let found = critical(&p, &Input::voltage_step(&p, 0.0), [0.1, 0.0, 0.0], Direction::Forward);
-            assert!(matches!(found, Err(NoLimit::TooLong { .. })), "{p:?}: {found:?}");
+            assert!(
+                matches!(found, Err(NoCriticalValue::TooLong { .. })),
+                "{p:?}: {found:?}"
+            );
         }
     }
 }

@@ -41,10 +41,10 @@ fn the_reference_vehicle_is_sound_and_its_numbers_are_those_of_the_data_sheets()
         ("no_load_speed_m_s", 25.2 * 317.0 / 43.0 / 60.0 * TAU * 0.25, 1e-3),
         // sin(33.6 deg) = 0.72 / 1.3.
         ("static_limit_deg", 33.63, 1e-3),
-        ("traction_limit_deg", 30.96, 1e-3),
+        ("grip_limit_deg", 30.96, 1e-3),
         // 43.360 N m of both motors times the slope's sine, over 2 x 1.2986 N m/A, times 0.316 ohm.
         ("static_limit_v", 2.922, 1e-3),
-        ("traction_limit_v", 2.714, 1e-3),
+        ("grip_limit_v", 2.714, 1e-3),
         ("encoder_count_mm", TAU * 250.0 / (1024.0 * 43.0), 1e-12),
         // 1.614 (erratum E26) over the time unit, but for the rotors; half of 25.2 V over 43 x 0.030124 V s and the bearings'
         // 0.1296 V s; 0.6 g at 2.5 m/s; 0.6 x 17.68 kg x g and 2 x 17 A x 1.2986 N m/A / 0.25 m at 0.25 m, on 0.12 + 0.085 +

@@ -152,9 +152,9 @@ pub fn design_numbers(vehicle: &Vehicle<f64>) -> Vec<DesignNumber> {
             hold_v(static_limit(1.0)),
             "voltage of each motor to hold on the slope that the level arm carries",
         ),
-        number("traction_limit_deg", traction, "slope that grip_mu holds"),
+        number("grip_limit_deg", traction, "slope that grip_mu holds"),
         number(
-            "traction_limit_v",
+            "grip_limit_v",
             hold_v(traction),
             "voltage of each motor to hold on the slope that grip_mu holds",
         ),

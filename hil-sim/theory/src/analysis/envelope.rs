@@ -6,7 +6,7 @@ use model::dynamics::planar::PlanarParameters;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::critical::{Direction, NoLimit, critical_within};
+use super::critical::{Direction, NoCriticalValue, critical_within};
 use super::equilibrium::static_phi;
 use super::input::Input;
 use super::step_budget::StepBudget;
@@ -51,7 +51,7 @@ impl Default for EnvelopeBudget {
 pub enum NoEnvelope {
     /// The search for a limit fails at one of its points.
     #[error(transparent)]
-    NoLimit(#[from] NoLimit),
+    NoCriticalValue(#[from] NoCriticalValue),
     /// Its points take too many integration steps together.
     #[error("its {points} points need more than {steps} integration steps together: ask for fewer slopes or waveforms")]
     TooLong {
@@ -102,7 +102,7 @@ pub fn envelope(
                 return Err(too_long);
             }
             let p = PlanarParameters { beta, ..*p };
-            let phi = static_phi(&p).ok_or(NoLimit::NoEquilibrium)?;
+            let phi = static_phi(&p).ok_or(NoCriticalValue::NoEquilibrium)?;
             let input = Input::voltage_step(&p, 0.0).shaped(waveform, ramp_time);
             let budget = StepBudget::of(work.point);
             let found = critical_within(&budget, &p, &input, [phi, 0.0, 0.0], Direction::Forward)?;

@@ -5,13 +5,14 @@ use model::dynamics::planar::{PHI, PHI_RATE, PlanarParameters, PlanarState, THET
 
 use super::waveform::Waveform;
 
-/// The input over time: the hold before t = 0, then the move to the final value.
+/// The input over time: the hold voltage before t = 0, then the move to the final value.
+/// Nondimensional, in the units of ch. 3; angles in rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Input {
     /// The final voltage or, with a `law`, the final reference speed.
     pub target: f64,
     /// The value before the move: `sin(beta)` for a voltage, 0 for a reference.
-    pub hold: f64,
+    pub initial: f64,
     /// The shape of the move.
     pub waveform: Waveform,
     /// Duration of the move, >= 0.
@@ -23,12 +24,12 @@ pub struct Input {
 }
 
 impl Input {
-    /// A voltage step from the hold on the slope of `p`.
+    /// A voltage step from the hold voltage on the slope of `p`.
     pub fn voltage_step(p: &PlanarParameters<f64>, target: f64) -> Self {
-        let hold = p.beta.sin();
+        let initial = p.beta.sin();
         Self {
             target,
-            hold,
+            initial,
             waveform: Waveform::Step,
             ramp_time: 0.0,
             law: None,
@@ -41,7 +42,7 @@ impl Input {
         let (waveform, u_max) = (Waveform::Step, f64::INFINITY);
         Self {
             target,
-            hold: 0.0,
+            initial: 0.0,
             waveform,
             ramp_time: 0.0,
             law: Some(law),
@@ -77,7 +78,7 @@ impl Input {
         if w == 1.0 {
             self.target
         } else {
-            self.hold + (self.target - self.hold) * w
+            self.initial + (self.target - self.initial) * w
         }
     }
 

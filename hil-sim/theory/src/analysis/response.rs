@@ -28,7 +28,7 @@ pub enum Fate {
     Leaves(i8),
 }
 
-/// The verdict on a response.
+/// The verdict on a response. Nondimensional, in the units of ch. 3; angles in rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Response {
     /// How the response ends.

@@ -12,7 +12,7 @@ use model::vehicle::{BRIDGE_SHARE, Scales, Vehicle};
 /// Arm angle, rad, beyond which the arm has turned over.
 pub const WHIRL_RAD: f64 = core::f64::consts::PI;
 
-/// The true vehicle; its law knows only the vehicle file.
+/// The true vehicle; its law knows only the vehicle file. Nondimensional, in the units of ch. 3; angles in rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampledPlant {
     /// Inertias.
@@ -29,7 +29,7 @@ pub struct SampledPlant {
     pub voltage_max: f64,
 }
 
-/// Factors of the nine parameters that may be wrong in a vehicle file.
+/// Factors of the nine parameters that may be wrong in a vehicle file. Each is a ratio to the vehicle file's value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Factors {
     /// Arm's mass.
@@ -107,7 +107,7 @@ impl SampledPlant {
     }
 }
 
-/// One tick of a drive, nondimensional.
+/// One tick of a drive, nondimensional; angles in rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampledRow {
     /// Time, in time units.

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// The speed at an instant.
+/// The speed at an instant. Time and speed are in the units of the caller.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpeedSample {
     /// Time.
@@ -12,6 +12,7 @@ pub struct SpeedSample {
 }
 
 /// The settling of a step from one speed to another. Shares are relative to the step.
+/// Speeds are in the units of the samples.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Settling {
     /// Time from the step until the speed stays within 2 % of the step; `None` if it does not.

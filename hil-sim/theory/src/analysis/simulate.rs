@@ -16,7 +16,7 @@ use super::trajectory::TOLERANCE;
 /// Points at which a step's polynomial is searched for extremes.
 const EXTREME_PIECES: i32 = 8;
 
-/// A sampled run of the planar vehicle. Forces over `(M + m) g`.
+/// A sampled run of the planar vehicle. Forces over `(M + m) g`. Nondimensional, in the units of ch. 3; angles in rad.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct PlanarRun {
     /// Times of the samples.

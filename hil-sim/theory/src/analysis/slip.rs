@@ -2,7 +2,7 @@
 
 use model::dynamics::planar::{Planar, PlanarParameters};
 
-use super::critical::{Direction, NoLimit, critical};
+use super::critical::{Direction, NoCriticalValue, critical};
 use super::dop853::{StepTooSmall, integrate};
 use super::equilibrium::static_phi;
 use super::input::Input;
@@ -39,7 +39,7 @@ pub struct SlipLimit {
 pub enum NoSlipLimit {
     /// No whirl limit.
     #[error(transparent)]
-    NoLimit(#[from] NoLimit),
+    NoCriticalValue(#[from] NoCriticalValue),
     /// No step whirls.
     #[error("no step whirls")]
     NeverWhirls,
@@ -57,7 +57,7 @@ pub enum NoSlipLimit {
 /// # Errors
 /// [`NoSlipLimit`] beyond the static limit, and where the steps of `budget` are spent.
 fn required_within(budget: &StepBudget, p: &PlanarParameters<f64>, u: f64) -> Result<f64, NoSlipLimit> {
-    let phi = static_phi(p).ok_or(NoLimit::NoEquilibrium)?;
+    let phi = static_phi(p).ok_or(NoCriticalValue::NoEquilibrium)?;
     let start = [0.0, phi, 0.0, 0.0];
     let run = simulate_within(budget, p, &Input::voltage_step(p, u), start, SLIP_SPAN, SLIP_SPAN)?;
     Ok(run.friction_coefficient_required.unwrap_or(f64::INFINITY))
@@ -76,7 +76,7 @@ pub fn slip_limit(p: &PlanarParameters<f64>, mu_s: f64) -> Result<SlipLimit, NoS
 /// # Errors
 /// [`NoSlipLimit`], as for [`slip_limit`].
 pub fn slip_limit_within(allowed: u64, p: &PlanarParameters<f64>, mu_s: f64) -> Result<SlipLimit, NoSlipLimit> {
-    let phi = static_phi(p).ok_or(NoLimit::NoEquilibrium)?;
+    let phi = static_phi(p).ok_or(NoCriticalValue::NoEquilibrium)?;
     let whirl = critical(p, &Input::voltage_step(p, 0.0), [phi, 0.0, 0.0], Direction::Forward)?
         .ok_or(NoSlipLimit::NeverWhirls)?
         .value;
@@ -123,9 +123,9 @@ pub fn slip_limit_within(allowed: u64, p: &PlanarParameters<f64>, mu_s: f64) -> 
 /// # Errors
 /// [`NoSlipLimit`].
 pub fn longest_pulse(p: &PlanarParameters<f64>, amplitude: f64) -> Result<Option<f64>, NoSlipLimit> {
-    let phi = static_phi(p).ok_or(NoLimit::NoEquilibrium)?;
+    let phi = static_phi(p).ok_or(NoCriticalValue::NoEquilibrium)?;
     let hold = Input::voltage_step(p, p.beta.sin());
-    let judge = Judge::new(p, &hold).ok_or(NoLimit::NoEquilibrium)?;
+    let judge = Judge::new(p, &hold).ok_or(NoCriticalValue::NoEquilibrium)?;
     let planar = Planar::new(*p);
     let budget = StepBudget::default();
     let start = [0.0, phi, 0.0, 0.0];

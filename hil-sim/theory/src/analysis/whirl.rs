@@ -7,7 +7,7 @@ use model::dynamics::planar::{PHI, PHI_RATE, Planar, PlanarParameters, THETA};
 use super::dop853::{Dop853, StepTooSmall};
 use super::roots::{maximum_between, root_between};
 
-/// One turn of the cycle, averaged.
+/// One turn of the cycle, averaged. Nondimensional, in the units of ch. 3; angles in rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WhirlCycle {
     /// Duration of a turn.

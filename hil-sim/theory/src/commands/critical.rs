@@ -104,7 +104,7 @@ impl Responses {
             arm: Chart::new("Arm: beside the limit", time, "phi, deg"),
             wheels: Chart::new("Wheels: beside the limit", time, rate),
         };
-        let away = found.value - input.hold;
+        let away = found.value - input.initial;
         let step = BESIDE * if away == 0.0 { 1.0 } else { away };
         let t_end = input.arrival() + DRAWN_TIME;
         for (word, target) in [("below", found.value - step), ("above", found.value + step)] {

@@ -10,7 +10,7 @@ use model::dynamics::spatial::SpatialParameters;
 use model::vehicle::Vehicle;
 use vehicle_file::VehicleFile;
 
-use crate::analysis::coupled::{BALLAST, with_thesis_spar};
+use crate::analysis::coupled::{BALLAST_SHARE, with_thesis_spar};
 use report::error::CommandError;
 
 /// Half track over wheel radius where neither a flag nor the vehicle file gives it.
@@ -157,7 +157,7 @@ impl Source {
                 .zip(vehicle.camera())
                 .ok_or_else(|| no_camera(file)),
             _ => Ok((
-                with_thesis_spar(self.planar(), SPAR_LENGTH, BALLAST, bearing),
+                with_thesis_spar(self.planar(), SPAR_LENGTH, BALLAST_SHARE, bearing),
                 CameraParameters::thesis(),
             )),
         }

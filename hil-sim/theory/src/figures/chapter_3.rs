@@ -136,7 +136,7 @@ fn controlled() -> Result<Figure, FigureError> {
         .with(Series::new("kp 0.8, kd 10", &closed.t, &closed.theta_rate))
         .with(Series::new("kp 2, kd 2", &tuned.t, &tuned.theta_rate));
     Ok(Figure::new("3.4", "Uncontrolled and controlled", Verdict::Corrected)
-        .claim("The speed law moderates the pendulum's motion and smooths the vehicle's speed, without steady-state error.")
+        .claim("The speed law moderates the arm's motion and smooths the vehicle's speed, without steady-state error.")
         .number("phi_max, open loop", "", format!("{:.1} deg", open.phi_max.to_degrees()))
         .number("phi_max, controlled", "", format!("{:.1} deg", closed.phi_max.to_degrees()))
         .number("poles", "", format!("{:.3}, {:.4} +- {:.4}i", z[0][0], z[2][0], z[2][1]))

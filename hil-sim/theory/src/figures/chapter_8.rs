@@ -7,7 +7,9 @@ use model::dynamics::planar::PlanarParameters;
 use rayon::prelude::*;
 
 use super::figure::{Entry, Figure, FigureError, Verdict};
-use crate::analysis::coupled::{BALLAST, CRITICAL_SPAN, CoupledRun, StepLimit, SteppedDrive, with_thesis_spar};
+use crate::analysis::coupled::{
+    BALLAST_SHARE, CRITICAL_SPAN, CoupledRun, CriticalStep, SteppedDrive, with_thesis_spar,
+};
 use crate::analysis::critical::Direction;
 use crate::analysis::lqr::{Weights, regulator};
 use crate::analysis::series::{degrees, largest, last};
@@ -43,7 +45,7 @@ fn drive(kr: f64, bearing: Bearing, controlled: bool) -> Result<SteppedDrive, Fi
         .ok_or_else(|| FigureError("no static equilibrium".into()))
 }
 
-fn limit(drive: &SteppedDrive) -> Result<StepLimit, FigureError> {
+fn limit(drive: &SteppedDrive) -> Result<CriticalStep, FigureError> {
     drive
         .critical(Direction::Forward)
         .map_err(FigureError::from_error)?
@@ -71,8 +73,8 @@ fn ballast_angle(run: &CoupledRun) -> Vec<f64> {
 
 fn spar() -> Result<Figure, FigureError> {
     let (with, without) = (
-        drive(BALLAST, Bearing::Inertial, true)?,
-        drive(BALLAST, Bearing::Inertial, false)?,
+        drive(BALLAST_SHARE, Bearing::Inertial, true)?,
+        drive(BALLAST_SHARE, Bearing::Inertial, false)?,
     );
     let edge = limit(&with)?;
     let u = 0.999 * edge.critical;
@@ -103,8 +105,8 @@ fn spar() -> Result<Figure, FigureError> {
 
 fn ballast() -> Result<Figure, FigureError> {
     let (with, without) = (
-        drive(BALLAST, Bearing::Inertial, true)?,
-        drive(BALLAST, Bearing::Inertial, false)?,
+        drive(BALLAST_SHARE, Bearing::Inertial, true)?,
+        drive(BALLAST_SHARE, Bearing::Inertial, false)?,
     );
     let u = 2.0;
     let (a, b) = (with.run(u, SHOWN, SPAR_SAMPLE), without.run(u, SHOWN, SPAR_SAMPLE));
@@ -144,7 +146,7 @@ fn ballast() -> Result<Figure, FigureError> {
 
 /// The same step with and without the spar.
 fn side_by_side() -> Result<(f64, CoupledRun, CoupledRun), FigureError> {
-    let with = drive(BALLAST, Bearing::Inertial, true)?;
+    let with = drive(BALLAST_SHARE, Bearing::Inertial, true)?;
     let bare = drive(NO_SPAR, Bearing::Inertial, false)?;
     let u = 0.999 * limit(&with)?.critical;
     Ok((u, with.run(u, SHOWN, SPAR_SAMPLE), bare.run(u, SHOWN, SPAR_SAMPLE)))
@@ -183,7 +185,7 @@ fn arm() -> Result<Figure, FigureError> {
             .number(
                 "passive spar at U = 3 (deg)",
                 "",
-                format!("{:.1} against {:.1}", passive(BALLAST)?, passive(NO_SPAR)?),
+                format!("{:.1} against {:.1}", passive(BALLAST_SHARE)?, passive(NO_SPAR)?),
             )
             .finding(
                 "The spar adds 30 % to the mass that the arm's weight must move, so the arm swings farther at every step (E37).",
@@ -198,19 +200,19 @@ fn arm() -> Result<Figure, FigureError> {
 
 fn step_limits() -> Result<Figure, FigureError> {
     const MASSES: [f64; 11] = [1e-4, 0.015, 0.03, 0.05, 0.08, 0.11, 0.15, 0.2, 0.26, 0.33, 0.4];
-    let limits = |controlled: bool| -> Result<Vec<StepLimit>, FigureError> {
+    let limits = |controlled: bool| -> Result<Vec<CriticalStep>, FigureError> {
         MASSES
             .par_iter()
             .map(|kr| limit(&drive(*kr, Bearing::Inertial, controlled)?))
             .collect()
     };
     let (passive, controlled) = (limits(false)?, limits(true)?);
-    let values = |limits: &[StepLimit]| limits.iter().map(|c| c.critical).collect::<Vec<_>>();
+    let values = |limits: &[CriticalStep]| limits.iter().map(|c| c.critical).collect::<Vec<_>>();
     let mut figure = Figure::new("8.5a", "Step limit over the ballast's mass", Verdict::Added)
         .claim("A ballast of up to 15 % of the vehicle's mass does not matter.");
     for (k, thesis) in [(1, "5.0345"), (3, "5.0345"), (6, "5.0345"), (10, "")] {
         for (spar, limits) in [("passive", &passive), ("controlled", &controlled)] {
-            let StepLimit { critical, outcome } = limits[k];
+            let CriticalStep { critical, outcome } = limits[k];
             let name = format!("limit, {spar}, {:.1} %", 100.0 * MASSES[k]);
             figure = figure.number(name, thesis, format!("{critical:.4} ({})", outcome.name()));
         }
@@ -236,8 +238,8 @@ fn bearings() -> Result<Figure, FigureError> {
         (Bearing::Arm, "arm"),
         (Bearing::Axle, "turning axle"),
     ] {
-        let run = drive(BALLAST, bearing, false)?.run(2.0, 300.0, 0.1);
-        let controlled = drive(BALLAST, bearing, true)?.run(2.0, 300.0, 1.0);
+        let run = drive(BALLAST_SHARE, bearing, false)?.run(2.0, 300.0, 0.1);
+        let controlled = drive(BALLAST_SHARE, bearing, true)?.run(2.0, 300.0, 1.0);
         // Print an angle that has decayed as 0, not as -0.
         let at_the_end = |x: &[f64]| match last(x).to_degrees() {
             psi if psi.abs() < 5e-4 => 0.0,

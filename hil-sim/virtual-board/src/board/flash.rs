@@ -52,6 +52,7 @@ impl VirtualFlash {
     }
 
     /// From now on the flash refuses to program or erase these bytes, as a worn or protected one; none for an empty range.
+    /// For tests.
     pub fn set_failing(&self, bytes: Range<usize>) {
         self.0.borrow_mut().failing = bytes;
     }

@@ -367,8 +367,9 @@ mod tests {
 
     #[test]
     fn no_duty_goes_beyond_the_bridges_largest() {
-        assert_eq!(bridge(i16::MAX), BridgeState::Duty(0.94));
-        assert_eq!(bridge(i16::MIN), BridgeState::Duty(-0.94));
+        let most = f64::from(DUTY_MAX_PERCENT) / 100.0;
+        assert_eq!(bridge(i16::MAX), BridgeState::Duty(most));
+        assert_eq!(bridge(i16::MIN), BridgeState::Duty(-most));
         assert_eq!(bridge(0), BridgeState::Duty(0.0));
         assert_eq!(bridge(16384), BridgeState::Duty(16384.0 / 32767.0));
     }

@@ -259,7 +259,7 @@ impl VirtualBoard {
         self.start(cause)
     }
 
-    /// What the task of the updates finds from the next start on.
+    /// What the task of the updates finds from the next start on. For tests.
     pub fn set_update(&mut self, update: UpdatePart) {
         self.update = update;
     }
@@ -314,21 +314,22 @@ impl VirtualBoard {
     }
 
     /// Makes the tasks hang that the drive board runs on its thread executor: link, parameters, fault history, log.
+    /// For tests.
     pub fn hang_thread_executor(&mut self) {
         self.executor.hang_from(self.first_thread_task);
     }
 
-    /// Lets the task of the arm IMU hang, which starts first.
+    /// Lets the task of the arm IMU hang, which starts first. For tests.
     pub fn hang_arm_imu_task(&mut self) {
         self.executor.hang(0);
     }
 
-    /// Lets the task of the analogue inputs hang, the last one that runs on the control executor.
+    /// Lets the task of the analogue inputs hang, the last one that runs on the control executor. For tests.
     pub fn hang_analog_task(&mut self) {
         self.executor.hang(self.first_thread_task.saturating_sub(1));
     }
 
-    /// Presses the board's own button once: disarm.
+    /// Presses the board's own button once: disarm. For tests.
     pub fn press_button(&mut self) {
         self.topics.ask_to_disarm(DisarmBy::Button);
     }

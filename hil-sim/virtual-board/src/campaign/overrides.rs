@@ -142,5 +142,5 @@ fn entry<'a>(list: &'a mut [Value], name: &str) -> Result<&'a mut Value, String>
     name.parse::<usize>()
         .ok()
         .and_then(|index| list.get_mut(index))
-        .ok_or_else(|| format!("`{name}` is no entry of a list of {count}, counted from 0"))
+        .ok_or_else(|| format!("`{name}` is not an index of this list: it has {count} entries, counted from 0"))
 }

@@ -216,7 +216,7 @@ impl Story {
         self.new.clear();
         let (status, time_s) = (sight.status, sight.time_s());
         if status.tick < self.tick {
-            self.tell(time_s, EventKind::Restart, "the board starts anew".to_owned());
+            self.tell(time_s, EventKind::Restart, "the board restarts".to_owned());
             self.refused_arms = 0;
             self.faults = FaultSet::EMPTY;
         }

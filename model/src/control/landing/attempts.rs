@@ -38,8 +38,8 @@ impl Attempts {
         self.time += tick;
     }
 
-    /// The vehicle has come to `distance_m` on its way in `direction`. It has done with the obstacle once it is
-    /// `progress_m` beyond it or has left it.
+    /// The vehicle has come to `distance_m` on its way in `direction`. The attempts end when the vehicle is
+    /// `progress_m` beyond the obstacle or has moved away from it.
     #[inline]
     pub(super) fn come_to(&mut self, direction: f32, distance_m: f32, progress_m: f32) {
         if self.time > 0.0 && !(-LEFT_M..progress_m).contains(&(direction * (distance_m - self.place_m))) {

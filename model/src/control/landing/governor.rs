@@ -3,7 +3,7 @@
 use super::balance::{Balance, MotionByTorque};
 use crate::bounded::Bounded;
 
-/// An interval of torques.
+/// An interval of torques. Torques are in the torque unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interval {
     /// Least torque.

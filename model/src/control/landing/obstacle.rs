@@ -328,8 +328,8 @@ mod tests {
         assert_eq!(meets(1.2), PushState::Freed);
     }
 
-    /// That the vehicle has come free is told from the tick in which it does, over the way on which its wheels climb, 0.15 m, and
-    /// no longer: also not once it is held up again.
+    /// The law reports *Freed* from the tick in which the vehicle comes free until the wheels have climbed 0.15 m, or until the
+    /// obstacle holds them up again.
     #[test]
     fn that_the_vehicle_is_free_is_told_over_the_way_of_a_climb() {
         for way in [1.0_f32, -1.0] {

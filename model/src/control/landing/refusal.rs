@@ -163,7 +163,7 @@ mod tests {
         assert!(refused.refuses());
     }
 
-    /// What pushes a vehicle that stands on the level looks like a slope of `excess` for as long as it lasts.
+    /// A push at a vehicle that stands on level ground looks like a slope of `excess` while it lasts.
     #[test]
     fn a_push_at_a_standing_vehicle_is_no_slope_and_a_slope_that_lasts_is_one() {
         for excess in [0.003, 0.06, 0.3] {

@@ -3,8 +3,9 @@
 //! The other wheel and the gyro bear a working encoder out. A motor whose lead is open has no torque: its wheel falls
 //! behind, or steering turns the two motors against each other. Behind a dead current sensor everything goes on as before.
 
+use super::MotorWatch;
 use super::follower::CurrentResponse;
-use super::{MotorReading, MotorWatch, OPEN_CURRENT_SHARE};
+use super::reading::{MotorReading, OPEN_CURRENT_SHARE};
 use crate::sample::MOTORS;
 
 /// The findings about a motor.
@@ -30,16 +31,16 @@ pub(super) struct Witness {
     pub(super) other_v: f32,
 }
 
-/// An encoder that misses a rate differs by that rate from what the other wheel and the gyro show. They bear it out if it
-/// differs by less than this share of the rate that it misses according to voltage and current, plus this back-EMF, V:
-/// three times the noise of the wheels' rates and of the gyro.
+/// An encoder that misses a rate differs by that rate from what the other wheel and the gyro show. They confirm the
+/// encoder if its rate differs from theirs by less than this share of the rate that voltage and current show to be missing, plus
+/// this back-EMF, V: three times the noise of the wheels' rates and of the gyro.
 const BORNE_OUT_SHARE: f32 = 0.5;
 const BORNE_OUT_V: f32 = 0.03;
 /// Ticks without a response after which a current counts as dead although the motor works against the other, as one with
 /// an open lead does: by then the lead has shown.
 const DEAD_ALONE_TICKS: u16 = 400;
 /// Rate by which an output without torque has then fallen behind the voltage, rad/s. With 0.4 of the current limit missing
-/// it takes some 20 ms; behind a dead current sensor the motor has its torque, and a vehicle that stands goes on standing.
+/// it takes some 20 ms; behind a dead current sensor the motor has its torque, and a standing vehicle remains at rest.
 const OPEN_BEHIND_RAD_S: f32 = 0.1;
 /// Share of its voltage by which a motor without torque differs from the other motor: steering holds the heading against
 /// the torque of the other motor, and neither turns the vehicle. The two motors of a vehicle that stands or drives straight
@@ -52,8 +53,8 @@ impl MotorWatch {
         self.contradicted.is_raised() || self.silent.is_raised()
     }
 
-    /// Tells which part the signs of this tick's `reading` are of, by a witness, if there is one; nothing unless the tick
-    /// has shown something `wrong`.
+    /// Returns the part that is to blame for the signs of this tick's `reading`, judged by the witness if there is one;
+    /// nothing unless the tick has shown something `wrong`.
     // Out of line: three copies would take flash.
     #[inline(never)]
     pub(super) fn health(&mut self, wrong: bool, reading: &MotorReading, witness: Option<Witness>) -> MotorHealth {

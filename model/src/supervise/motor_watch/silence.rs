@@ -1,6 +1,6 @@
 //! Finds an encoder that stands while its motor turns.
 
-use super::RESIDUAL_TICKS;
+use super::reading::RESIDUAL_TICKS;
 
 /// Angle by which the motor has certainly turned since its encoder last advanced, in steps, in either direction, because a
 /// loop that is closed through a dead encoder swings. A voltage that alternates within some ticks, as noise and vibration
@@ -16,7 +16,7 @@ pub struct Silence {
     step_ticks: u16,
 }
 
-/// An encoder stands while it stays within this many edges, as with one dead line of two.
+/// An encoder counts as standing while its count stays within this many edges: with one dead line of two it toggles.
 const SILENT_COUNTS: u32 = 4;
 /// One step, rad at the output, and the steps after which an encoder that stands is dead: 0.1 rad, of which a thousand
 /// edges are then missing. A step takes at most this many ticks, a certain rate of 0.125 rad/s: what adds up more slowly is

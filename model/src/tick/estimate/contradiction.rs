@@ -1,6 +1,7 @@
 //! Checks the IMUs' readings against gravity, the wheels and the ballast.
 
-use super::{Estimator, MeasuredMotion};
+use super::Estimator;
+use super::motion::MeasuredMotion;
 use crate::estimate::exchanged::{BodyRates, Exchanged};
 use crate::estimate::facing::{Facing, INTERVAL_TICKS, Shown};
 use crate::estimate::spar_facing::{SparFacing, SparShown};
@@ -36,7 +37,7 @@ pub(super) struct Mountings {
 }
 
 impl Mountings {
-    /// Whether it is no watch's turn in the next tick, which is the tick of the slow means.
+    /// Whether no watch runs in the next tick; the slow means are updated then.
     pub(super) fn rest_next(&self) -> bool {
         self.turn + 2 == INTERVAL_TICKS
     }

@@ -1,8 +1,9 @@
 //! The ground under the wheels: its slope, the roll of the axle on it, how far the accelerometers can be trusted, and
 //! whether something blocks the vehicle.
 
+use super::Estimator;
+use super::motion::MeasuredMotion;
 use super::standing::Posture;
-use super::{Estimator, MeasuredMotion};
 use crate::bounded::Bounded;
 use crate::estimate::roll::RollReading;
 use crate::estimate::stall::{Intent, Progress};

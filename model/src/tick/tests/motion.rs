@@ -255,20 +255,20 @@ fn a_circle_is_followed_to_its_end() {
     }
 }
 
-/// The vehicle turns on the spot on an incline: the slope along the heading rises and falls once, the arm follows, and the axle
+/// The vehicle turns on the spot on a slope: the slope along the heading rises and falls once, the arm follows, and the axle
 /// rolls. None of these motions counts as a turn of the wheels.
 #[test]
-fn turning_on_an_incline_changes_the_slope_along_the_heading() {
+fn turning_on_a_slope_changes_the_slope_along_the_heading() {
     for yaw_rate_rad_s in [0.4, -0.4] {
-        let incline = 0.1_f64.sin();
+        let steepest = 0.1_f64.sin();
         let planar = without_spar().planar(0.0);
         let weight = f64::from(planar.alpha * planar.l);
         let at = |heading: f64, yaw_rate_rad_s: f64| {
-            let slope_rad = (incline * heading.cos()).asin();
-            let sin_roll = -incline * heading.sin();
-            let sin_phi = incline * heading.cos() / weight;
+            let slope_rad = (steepest * heading.cos()).asin();
+            let sin_roll = -steepest * heading.sin();
+            let sin_phi = steepest * heading.cos() / weight;
             // The arm keeps its balance. Its gyro turns with the plane, and shows less than the arm's turn.
-            let phi_rate = -incline * heading.sin() / weight / (1.0 - sin_phi * sin_phi).sqrt() * yaw_rate_rad_s;
+            let phi_rate = -steepest * heading.sin() / weight / (1.0 - sin_phi * sin_phi).sqrt() * yaw_rate_rad_s;
             Motion {
                 phi_rad: sin_phi.asin(),
                 swing_rad_s: phi_rate - sin_roll * yaw_rate_rad_s,

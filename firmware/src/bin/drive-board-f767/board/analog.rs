@@ -15,6 +15,7 @@ use embassy_stm32::pac::adc::vals::{Align, Dds, Exten, SampleTime};
 use embassy_stm32::pac::gpio::{Gpio, vals::Moder};
 use embassy_stm32::pac::{self};
 use embassy_stm32::peripherals::ADC1;
+use firmware::drive_board::nucleo_f767zi::analog::{CONVERTER_HZ, CURRENT_STEP_HALF_CYCLES};
 use firmware::hardware::AnalogInputs;
 use model::analog::{ANALOG_INPUTS, Analog};
 
@@ -23,13 +24,12 @@ use super::stm32_registers::conversions::{Conversions, NoReading, TIM1_TRGO2, in
 
 /// The converter's registers.
 const REGISTERS: pac::adc::Adc = pac::ADC1;
-/// The converter's clock, a quarter of the bus clock.
-const CONVERTER_HZ: u64 = 27_000_000;
 
 /// Time from the trigger to the middle between the samples of the left and the right motor's current. In half cycles: the
-/// trigger's latency, 6 (DS11532, ADC characteristics); a sample of [`CURRENT_TIME`], 30; half of the 54 from one current's
-/// sample to the next, as a conversion of 12 bits takes 24 more (RM0410 15.5).
-pub const SAMPLES_AFTER_TRIGGER_NS: u32 = ((6 + 30 + 54 / 2) * 1_000_000_000 / (2 * CONVERTER_HZ)) as u32;
+/// trigger's latency, 6 (DS11532, ADC characteristics); a sample of [`CURRENT_TIME`], 30; half of the step from one
+/// current's sample to the next.
+pub const SAMPLES_AFTER_TRIGGER_NS: u32 =
+    ((6 + 30 + CURRENT_STEP_HALF_CYCLES / 2) * 1_000_000_000 / (2 * CONVERTER_HZ)) as u32;
 
 /// 15 cycles at 27 MHz, 0.6 us: the source is an amplifier with a filter that the converter does not load.
 const CURRENT_TIME: SampleTime = SampleTime::CYCLES15;

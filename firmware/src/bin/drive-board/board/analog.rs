@@ -11,6 +11,7 @@ use embassy_stm32::interrupt::typelevel::Binding;
 use embassy_stm32::pac::adc::vals::{Adstp, Dmngt, Exten, Pcsel, Res, SampleTime};
 use embassy_stm32::pac::{self};
 use embassy_stm32::peripherals::ADC1;
+use firmware::drive_board::nucleo_h743zi::analog::{CONVERTER_HZ, CURRENT_STEP_HALF_CYCLES};
 use firmware::hardware::AnalogInputs;
 use model::analog::{ANALOG_INPUTS, Analog};
 
@@ -18,13 +19,12 @@ use super::stm32_registers::conversions::{Conversions, NoReading, TIM1_TRGO2, in
 
 /// The converter's registers.
 const REGISTERS: pac::adc::Adc = pac::ADC1;
-/// The converter's clock.
-const CONVERTER_HZ: u64 = 16_000_000;
 
 /// Time from the trigger to the middle between the samples of the left and the right motor's current. In half cycles: the
-/// trigger's latency, 4 give or take 1 (DS12110, ADC characteristics); a sample of [`CURRENT_TIME`], 17; half of the 34 from
-/// one current's sample to the next, as a conversion of 16 bits takes 17 more (RM0433 Table 214).
-pub const SAMPLES_AFTER_TRIGGER_NS: u32 = ((4 + 17 + 34 / 2) * 1_000_000_000 / (2 * CONVERTER_HZ)) as u32;
+/// trigger's latency, 4 give or take 1 (DS12110, ADC characteristics); a sample of [`CURRENT_TIME`], 17; half of the
+/// step from one current's sample to the next.
+pub const SAMPLES_AFTER_TRIGGER_NS: u32 =
+    ((4 + 17 + CURRENT_STEP_HALF_CYCLES / 2) * 1_000_000_000 / (2 * CONVERTER_HZ)) as u32;
 
 /// 8.5 cycles at 16 MHz, 0.5 us: the source is an amplifier with a filter that the converter does not load.
 const CURRENT_TIME: SampleTime = SampleTime::CYCLES8_5;
@@ -102,7 +102,8 @@ impl AnalogSequence {
 /// looks take some 10 us, in which the control task has to wait.
 const LOOKS: usize = 200;
 
-/// Looks until `is_done`. A converter that does not get there in [`LOOKS`] gives no reading, and the control task goes on.
+/// Looks until `is_done`. If the converter does not finish within [`LOOKS`] looks, there is no reading, and the control task
+/// continues.
 fn within_looks(is_done: impl FnMut() -> bool) -> Result<(), NoReading> {
     let mut looks = core::iter::repeat_with(is_done).take(LOOKS);
     if looks.any(|done| done) { Ok(()) } else { Err(NoReading) }

@@ -3,7 +3,6 @@
 
 use embassy_stm32::Config;
 use embassy_stm32::pac;
-use embassy_stm32::pac::timer::vals::FilterValue;
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, LsConfig, Pll, PllDiv, PllMul, PllPreDiv, PllSource, Sysclk, VoltageScale, mux,
 };
@@ -14,9 +13,6 @@ use super::stm32_registers::external_clock;
 
 /// Kernel clock of TIM1 to TIM8: twice the APB clock, which is a quarter of the core's.
 pub const TIMER_HZ: u32 = CORE_CLOCK_HZ / 2;
-
-/// The encoders' filter: eight samples, 32 periods of their timers' 200 MHz apart.
-pub const ENCODER_FILTER: FilterValue = FilterValue::FDTS_DIV32_N8;
 
 /// Tries to start the external clock and returns the configuration of the clocks and of the drivers' interrupt
 /// priorities for the available clock. Every frequency is the same with either clock.

@@ -6,7 +6,7 @@ use crate::settings::BatterySettings;
 use crate::wiring::{DeadHalf, Leads};
 
 #[test]
-fn what_a_sensor_of_exchanged_leads_shows_within_a_substep_is_what_it_shows_after() {
+fn a_sensor_of_exchanged_leads_reads_the_same_within_a_substep_and_after_it() {
     let drive = [0.1, 0.1, 0.0].map(BridgeState::Duty);
     let mut plant = plant(&bare_vehicle(), &PlantSettings::default());
     plant.set_leads(0, Leads::Exchanged);

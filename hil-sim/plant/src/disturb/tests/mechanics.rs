@@ -133,7 +133,7 @@ fn a_seized_wheel_turns_with_the_arm_and_the_other_one_drives_round_it() {
 #[test]
 fn a_push_gives_its_impulse_to_everything_that_moves() {
     // On ice no other force acts along the ground.
-    let ice = Terrain::incline(0.0, 0.0).expect("ice");
+    let ice = Terrain::slope(0.0, 0.0).expect("ice");
     let mass = 13.6 + 0.51 + 1.53 + 2.04;
     for on in [PushedBody::Axle, PushedBody::Arm, PushedBody::Spar] {
         let vehicle = frictionless(&reference_vehicle());

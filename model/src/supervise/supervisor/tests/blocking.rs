@@ -120,7 +120,7 @@ fn no_angle_is_no_small_angle_and_a_current_at_an_open_bridge_blocks() {
     bench.tick();
     assert!(
         bench.supervisor.blocking().contains(Blocker::ArmAngle),
-        "no angle is no small angle"
+        "an angle that is not a number is not small"
     );
     // A current that no open bridge carries, in whichever drive motor.
     for (motor, blocks) in [(0, true), (1, true), (2, false)] {

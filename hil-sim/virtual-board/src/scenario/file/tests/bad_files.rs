@@ -195,7 +195,7 @@ const SCENARIOS: [(&str, &[&str]); 58] = [
         &["terrain.profile[0].height_m = \"low\"", "a number"],
     ),
     (
-        "[[terrain.patch]]\nfrom_m = 1\nto_m = 2\nright = 0.1\nleft = 0.1\n[[terrain.patch]]\nfrom_m = 1\nto_m = 2\nright = ^-1\nleft = 0",
+        "[[terrain.patch]]\nfrom_m = 1\nto_m = 2\nleft = 0.1\nright = 0.1\n[[terrain.patch]]\nfrom_m = 1\nto_m = 2\nleft = 0\nright = ^-1",
         &["patch[1].right = -1", "0 to 5"],
     ),
     (

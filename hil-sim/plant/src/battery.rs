@@ -1,6 +1,6 @@
 //! The battery that the motors share.
 
-use super::{BridgeState, DcMotor, Span};
+use crate::motor::{BridgeState, DcMotor, Span};
 
 /// A battery: a voltage behind a resistance.
 #[derive(Debug, Clone, Copy, PartialEq)]

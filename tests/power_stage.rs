@@ -1,13 +1,20 @@
 //! The current of a switched motor, compared with textbook formulas and with an integration in small steps.
 
-use super::*;
+use firmware::drive_board::{DUTY_MAX_PERCENT, PWM_HZ};
+
+#[path = "support/switching.rs"]
+mod switching;
+use switching::{BridgeHold, Modulation, SwitchedMotor};
+
+/// Largest duty of a bridge.
+const MOST: f64 = DUTY_MAX_PERCENT as f64 / 100.0;
 
 /// A drive motor of the reference vehicle at a full battery.
 const DRIVE: SwitchedMotor = SwitchedMotor {
     resistance_ohm: 0.316,
     inductance_h: 80e-6,
     supply_v: 25.2,
-    pwm_hz: 20_000.0,
+    pwm_hz: PWM_HZ as f64,
 };
 
 /// The modulations that apply a voltage throughout the period.
@@ -21,7 +28,7 @@ const NEVER_OPEN: [Modulation; 3] = [
 #[test]
 fn the_mean_is_that_of_the_averaged_motor() {
     for modulation in NEVER_OPEN {
-        for duty in [-0.9, -0.3, 0.0, 0.5, 0.94] {
+        for duty in [-0.9, -0.3, 0.0, 0.5, MOST] {
             for back_emf_v in [-10.0, 0.0, 7.0] {
                 let mean_a = DRIVE.periodic(modulation, duty, back_emf_v).mean_a;
                 let averaged_a = (duty * DRIVE.supply_v - back_emf_v) / DRIVE.resistance_ohm;
@@ -43,7 +50,7 @@ fn the_ripple_is_the_textbooks() {
         ..DRIVE
     };
     let unit_a = motor.supply_v / (motor.inductance_h * motor.pwm_hz);
-    for duty in [0.0, 0.1, 0.5, 0.94] {
+    for duty in [0.0, 0.1, 0.5, MOST] {
         let d = f64::midpoint(1.0, duty);
         for (modulation, expected_a) in [
             (Modulation::LockedAntiPhase, 2.0 * unit_a * d * (1.0 - d)),
@@ -134,7 +141,7 @@ fn mean_and_root_mean_square_are_those_of_the_stepped_current() {
 #[test]
 fn the_mean_flows_in_the_middle_of_the_brake() {
     let x = DRIVE.resistance_ohm / (DRIVE.inductance_h * DRIVE.pwm_hz);
-    for duty in [0.0, 0.05, 0.25, 0.5, 0.75, 0.94] {
+    for duty in [0.0, 0.05, 0.25, 0.5, 0.75, MOST] {
         for back_emf_v in [0.0, 7.0] {
             for sign in [1.0, -1.0] {
                 let mean_a = DRIVE.periodic(Modulation::DriveBrake, sign * duty, back_emf_v).mean_a;
@@ -154,7 +161,7 @@ fn the_mean_flows_in_the_middle_of_the_brake() {
 fn a_sample_beside_the_middle_is_off_by_the_slope() {
     let late_s = 0.5e-6;
     let x = DRIVE.resistance_ohm / (DRIVE.inductance_h * DRIVE.pwm_hz);
-    for duty in [0.25, 0.5, 0.94] {
+    for duty in [0.25, 0.5, MOST] {
         // At the back-EMF of the mean voltage no mean current flows whose decay would add to the difference; the
         // curvature's share is at most x^2/24.
         let back_emf_v = duty * DRIVE.supply_v;

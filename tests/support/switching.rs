@@ -1,4 +1,4 @@
-//! A motor's current within one period of the bridge's PWM; [`super::motor`] averages over this period.
+//! A motor's current within one period of the bridge's PWM; the plant's motors average over this period.
 //!
 //! Within an interval of the period the bridge applies +1, 0 or -1 times the supply to the motor, or it is open. With a
 //! constant rate over the period the armature `L i' = V - R i - e` has the exact solution
@@ -11,6 +11,8 @@
 //! the same way. In an open bridge the current continues through the diodes, against the supply, until it reaches 0. A
 //! period maps the current at its beginning to the current at its end and reduces the difference of two currents at
 //! least by `exp(-T R / L)`, so every initial current converges to the periodic current.
+
+#![allow(dead_code)] // Each test binary uses part of it.
 
 /// How the bridge produces a mean voltage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,7 +33,7 @@ pub enum Modulation {
 
 /// The state of a bridge within an interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum BridgeHold {
+pub enum BridgeHold {
     /// The bridge applies this share of the supply.
     At(f64),
     /// No transistor conducts.
@@ -39,7 +41,7 @@ enum BridgeHold {
 }
 
 /// Intervals of a period: share of the period, and state of the bridge.
-type Stretches = [(f64, BridgeHold); 4];
+pub type Stretches = [(f64, BridgeHold); 4];
 
 impl Modulation {
     /// Every modulation.
@@ -63,7 +65,7 @@ impl Modulation {
     }
 
     /// The intervals of a period for a duty of -1 to 1.
-    fn stretches(self, duty: f64) -> Stretches {
+    pub fn stretches(self, duty: f64) -> Stretches {
         const BRAKE: BridgeHold = BridgeHold::At(0.0);
         let (size, drive) = (duty.abs(), BridgeHold::At(duty.signum()));
         let nothing = (0.0, BRAKE);
@@ -103,6 +105,7 @@ pub struct SwitchedMotor {
 
 /// The current of one period in the periodic state.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(clippy::struct_field_names)] // The unit ends a name.
 pub struct PeriodicCurrent {
     /// Mean, which determines the torque, in A.
     pub mean_a: f64,
@@ -211,6 +214,3 @@ impl SwitchedMotor {
         period.most_a = period.most_a.max(period.current_a);
     }
 }
-
-#[cfg(test)]
-mod tests;
