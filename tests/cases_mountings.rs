@@ -3,14 +3,16 @@
 
 use model::command::Request;
 use model::supervise::arming::Mode;
-use model::supervise::codes::{Blocker, Fault, FaultSet};
+use model::supervise::codes::{Blocker, Fault, FaultSet, Limit};
 use plant::settings::PlantSettings;
+use rayon::prelude::*;
 use virtual_board::board::flash::VirtualFlash;
 use virtual_board::scenario::DriveOutcome;
 
 mod support;
-use support::Bench;
 use support::flights::{at_speed, first, fly, last, only};
+use support::slopes::{drive as slope_drive, small};
+use support::{Bench, reference};
 
 /// Half of the angle at which fault ArmAngle opens the bridges, rad. An arm that stays below has not been thrown.
 const NOT_THROWN_RAD: f64 = 0.7;
@@ -304,4 +306,77 @@ fn no_tick_reads_an_imu_sample_older_than_half_a_millisecond() {
             assert!(oldest <= most + 1e-9 && oldest > 0.9 * most, "{oldest} s of {most}");
         }
     }
+}
+
+/// A standard gravity's thousandth, m/s^2.
+const MG_M_S2: f64 = 9.80665e-3;
+
+/// The data sheet of the ICM-42688-P allows an accelerometer's offset of 20 mg along each axis. In spins and turns, on the level and
+/// on a slope, it is no slide: speed, path and heading are those of the drive without the offset.
+#[test]
+fn an_offset_of_the_accelerometer_is_no_slide_in_spins_and_turns() {
+    let drives = [
+        (0.0, 0.5, 0.0, false),
+        (0.0, -2.0, 7.0, false),
+        (0.0, -2.0, 7.0, true),
+        (0.3, 1.0, 0.0, false),
+        (0.8, 2.0, 7.0, false),
+        (-0.8, 1.0, 0.0, false),
+        (1.2, -1.0, 0.0, false),
+        (1.2, 1.0, 7.0, true),
+        (2.0, 1.0, 0.0, false),
+        (2.0, -2.0, 7.0, false),
+    ];
+    let fly_with = |(speed_m_s, yaw_rad_s, slope_deg, is_small): (f64, f64, f64, bool),
+                    offset_mg: [f64; 3],
+                    seed: u64| {
+        let vehicle = if is_small { small() } else { reference() };
+        let starts_s = [3.0, 4.0, 7.0][(seed % 3) as usize];
+        let [x, y, z] = offset_mg.map(|mg| mg * MG_M_S2);
+        let tables = format!(
+            "seed = {seed}\nplant.arm_imu = {{ accel_bias_x_m_s2 = {x:?}, accel_bias_y_m_s2 = {y:?}, accel_bias_z_m_s2 = {z:?} }}"
+        );
+        let steps = [
+            (0.0, speed_m_s, yaw_rad_s),
+            (7.0, speed_m_s, -yaw_rad_s),
+            (12.0, 0.0, 0.0),
+            (14.0, -speed_m_s, yaw_rad_s),
+            (17.0, 0.0, 0.0),
+        ];
+        let steps: Vec<String> = steps
+            .iter()
+            .map(|(after_s, speed_m_s, yaw_rad_s)| {
+                format!(
+                    "{{ at_s = {:?}, action = 'drive', speed_m_s = {speed_m_s:?}, yaw_rate_rad_s = {yaw_rad_s:?} }}",
+                    starts_s + after_s
+                )
+            })
+            .collect();
+        slope_drive(&vehicle, starts_s + 21.0, slope_deg, &tables, &steps.join(", "))
+    };
+    let offsets_mg = [
+        [20.0, 0.0, 0.0],
+        [0.0, -20.0, 0.0],
+        [20.0, 20.0, 0.0],
+        [20.0, -20.0, 0.0],
+        [-20.0, -20.0, -20.0],
+    ];
+    drives.into_par_iter().zip(1_u64..).for_each(|(told, seed)| {
+        let without = fly_with(told, [0.0; 3], seed);
+        for offset_mg in offsets_mg {
+            let with = fly_with(told, offset_mg, seed);
+            let story = format!("{told:?}, {offset_mg:?} mg, seed {seed}");
+            assert_eq!(last(&with).status.faults, FaultSet::EMPTY, "{story}");
+            for (row, other) in with.trace.rows.iter().zip(&without.trace.rows) {
+                let story = format!("{story}, at {} s", row.time_s());
+                assert!(!row.status.limits.contains(Limit::Slip), "{story}: told as a slide");
+                let speed_m_s = row.truth.speed_m_s - other.truth.speed_m_s;
+                assert!(speed_m_s.abs() < 0.1, "{story}: {speed_m_s} m/s faster");
+                let aside_m = f64::hypot(row.truth.x_m - other.truth.x_m, row.truth.y_m - other.truth.y_m);
+                assert!(aside_m < 0.25, "{story}: {aside_m} m off the path");
+                let turned_deg = (row.truth.heading_rad - other.truth.heading_rad).to_degrees();
+                assert!(turned_deg.abs() < 2.0, "{story}: {turned_deg} deg");
+            }
+        }
+    });
 }

@@ -6,6 +6,7 @@
 //! have been subtracted. No sensor measures the slope; the estimator derives the slope from the
 //! balance of forces.
 
+pub mod accelerometer_offset;
 pub mod alignment;
 pub mod exchanged;
 pub mod facing;

@@ -9,10 +9,12 @@
 //! errors of these accelerations than the slide itself causes. But the lag errors have the mean 0, and the ground takes
 //! speed from the vehicle at `g (sin(beta) - mu cos(beta))` all the time, so means over half a second show the slide.
 
+use super::accelerometer_offset::AccelerometerOffset;
 use super::facing::INTERVAL_S;
 use super::ground_speed::GroundSpeed;
 use super::rate_filter::LowPass;
 use super::rolling_yaw::RollingYaw;
+use super::trust::Trust;
 use crate::bounded::Bounded;
 use crate::persistence::Persistence;
 use crate::vehicle::G;
@@ -52,6 +54,7 @@ pub struct Traction {
     yaw_difference: LowPass,
     sideways: LowPass,
     rolling_yaw: RollingYaw,
+    offset: AccelerometerOffset,
     slow_difference: LowPass,
     slow_wheels: LowPass,
     /// Whether the slow means differ, in intervals.
@@ -117,8 +120,8 @@ const TURN_ACROSS_SHARE: f32 = 0.06;
 const TURN_ALONG_SHARE: f32 = 0.25;
 
 impl Traction {
-    /// A watch called every `dt_s` seconds, for wheels `2 half_track_m` apart.
-    pub fn new(dt_s: f32, half_track_m: f32) -> Self {
+    /// A watch called every `dt_s` seconds, for wheels `2 half_track_m` apart, that knows the accelerometer's `offset` so far.
+    pub fn new(dt_s: f32, half_track_m: f32, offset: AccelerometerOffset) -> Self {
         Self {
             dt_s,
             half_track_m,
@@ -127,6 +130,7 @@ impl Traction {
             yaw_difference: LowPass::new(dt_s, DIFFERENCE_TIME_CONSTANT_S),
             sideways: LowPass::new(dt_s, DIFFERENCE_TIME_CONSTANT_S),
             rolling_yaw: RollingYaw::new(dt_s, half_track_m),
+            offset,
             slow_difference: LowPass::new(INTERVAL_S, SLOW_TIME_CONSTANT_S),
             slow_wheels: LowPass::new(INTERVAL_S, SLOW_TIME_CONSTANT_S),
             hunts: Persistence::new(SLOW_INTERVALS),
@@ -146,7 +150,11 @@ impl Traction {
     pub fn update(&mut self, evidence: &Evidence) {
         let turn_m_s2 = (evidence.wheels_m_s * evidence.yaw_rate_rad_s).abs();
         let [difference_m_s2, sideways_m_s2] = if evidence.weighs {
-            [G * evidence.tilt_error, evidence.sideways_m_s2]
+            let [forward_m_s2, left_m_s2] = self.offset.explained_m_s2();
+            [
+                G * evidence.tilt_error - forward_m_s2,
+                evidence.sideways_m_s2 - left_m_s2,
+            ]
         } else {
             [0.0; 2]
         };
@@ -181,6 +189,9 @@ impl Traction {
         let slip_m_s = self.speed.slip_m_s(evidence.wheels_m_s);
         let regained = slip_m_s < REGAINED_M_S + DRIFT_M_S2 * sliding_s || slip_m_s > STEADY_SLIP_MAX_M_S;
         let agreed = along < ROLLS_M_S2 && !hunts && yaw < 0.5 * yaw_max && sideways < 0.5 * sideways_max;
+        if evidence.slow {
+            self.offset(evidence, turn_m_s2, yaw < 0.5 * yaw_max);
+        }
         self.apart.update(apart);
         // Apart from the others, because a vibration crosses zero along and across at different times.
         self.aside.update(aside);
@@ -217,6 +228,17 @@ impl Traction {
         }
     }
 
+    /// Learns the accelerometer's offset, if the yaw rates have `agreed` and no slide is recent, and turns its part in the vertical.
+    #[inline]
+    fn offset(&mut self, evidence: &Evidence, turn_m_s2: f32, agreed: bool) {
+        if agreed && evidence.weighs && !self.slid_lately() {
+            let left_m_s2 = [self.difference.value(), self.sideways.value()];
+            self.offset.learn(left_m_s2, turn_m_s2 + evidence.wheels_m_s2.abs());
+        }
+        let trust = if self.sliding { Trust::Little } else { Trust::Driving };
+        self.offset.turn(evidence.yaw_rate_rad_s, trust);
+    }
+
     /// The slow mean of the difference less the difference that rolling wheels may show, m/s^2.
     fn slow_along(&self) -> f32 {
         self.slow_difference.value().abs() - MOTION_SHARE * self.slow_wheels.value().abs()
@@ -226,7 +248,7 @@ impl Traction {
     pub fn stand(&mut self) {
         *self = Self {
             rolling_yaw: self.rolling_yaw,
-            ..Self::new(self.dt_s, self.half_track_m)
+            ..Self::new(self.dt_s, self.half_track_m, self.offset)
         };
     }
 

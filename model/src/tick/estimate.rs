@@ -1,6 +1,7 @@
 //! Stage 2: the vehicle's estimate of its own motion.
 
 use crate::estimate::Estimate;
+use crate::estimate::accelerometer_offset::AccelerometerOffset;
 use crate::estimate::alignment::Alignment;
 use crate::estimate::heading::{HeadingEstimator, YawReading};
 use crate::estimate::odometry::Odometry;
@@ -121,7 +122,11 @@ impl Estimator {
             heading: HeadingEstimator::new(TICK_S, times.bias_time_constant_s),
             alignment: Alignment::default(),
             odometry: Odometry::default(),
-            traction: Traction::new(TICK_S, p.body.half_track_m),
+            traction: Traction::new(
+                TICK_S,
+                p.body.half_track_m,
+                AccelerometerOffset::new(times.tilt_time_constant_s),
+            ),
             stall: Stall::default(),
             free_sin_slope: 0.0,
             trail: Trail::default(),

@@ -15,7 +15,7 @@ const ROLLING: Evidence = Evidence {
 };
 
 fn after(evidence: &Evidence, ticks: usize) -> Traction {
-    let mut traction = Traction::new(0.001, 0.25);
+    let mut traction = Traction::new(0.001, 0.25, AccelerometerOffset::new(2.0));
     for _ in 0..ticks {
         traction.update(evidence);
     }
@@ -25,7 +25,7 @@ fn after(evidence: &Evidence, ticks: usize) -> Traction {
 /// Wheels that slip and grip again 4 times per second: a difference of `difference_m_s2` under a swing of 3 m/s^2, of
 /// which a lag leaves a third. Returns the ticks until the watch reports a slide.
 fn hunting(difference_m_s2: f32) -> Option<u16> {
-    let mut traction = Traction::new(0.001, 0.25);
+    let mut traction = Traction::new(0.001, 0.25, AccelerometerOffset::new(2.0));
     (0..3000_u16).find(|k| {
         let angle = 2.0 * core::f32::consts::PI * 4.0 * 0.001 * f32::from(*k);
         traction.update(&Evidence {
@@ -209,7 +209,7 @@ fn a_slide_across_the_heading_is_told() {
 fn unequal_radii_are_no_slide_and_hide_none() {
     for half_track_m in [0.25, 0.12] {
         for share in [0.005, 0.02, 0.05, -0.1, 0.1] {
-            let mut traction = Traction::new(0.001, half_track_m);
+            let mut traction = Traction::new(0.001, half_track_m, AccelerometerOffset::new(2.0));
             let rolling = |tick: u16| {
                 let wheels_m_s = (0.002 * f32::from(tick)).min(1.2);
                 Evidence {
@@ -241,7 +241,7 @@ fn a_track_other_than_the_files_is_no_slide_and_hides_none() {
     for wheels_m_s in [0.0, 1.0] {
         for share in [-0.18, -0.1, -0.06, 0.06, 0.1, 0.22] {
             for direction in [-2.0, 2.0] {
-                let mut traction = Traction::new(0.001, 0.25);
+                let mut traction = Traction::new(0.001, 0.25, AccelerometerOffset::new(2.0));
                 let rolling = |tick: u16| {
                     let wheels_yaw_rad_s = direction * (0.002 * f32::from(tick)).min(1.0);
                     Evidence {
@@ -282,5 +282,78 @@ fn one_sliding_wheel_shows_in_the_yaw_rate() {
             ..ROLLING
         };
         assert!(after(&evidence, 400).slides(), "{wheels_yaw_rad_s}");
+    }
+}
+
+/// What tilt and roll estimate leave of an accelerometer's offset in a turn from rest on, m/s^2, by turning their errors as they do:
+/// with the body, and towards the accelerometer with a time constant of 2 s. Returns whether the watch reports a slide in 20 s, of
+/// which the second half turns the other way, and the largest difference that it was shown.
+fn turned(offset_m_s2: [f32; 2], yaw_rate_rad_s: f32, slide_m_s2: f32) -> (Option<u16>, f32) {
+    let mut traction = Traction::new(0.001, 0.25, AccelerometerOffset::new(2.0));
+    let [mut forward, mut left] = offset_m_s2;
+    let mut most_m_s2 = 0.0_f32;
+    let told = (0..20_000_u16).find(|k| {
+        let yaw = if *k < 10_000 { yaw_rate_rad_s } else { -yaw_rate_rad_s };
+        let difference = [offset_m_s2[0] - forward, offset_m_s2[1] - left];
+        let turned = 0.001 * yaw;
+        (forward, left) = (
+            forward + turned * left + 0.0005 * difference[0],
+            left - turned * forward + 0.0005 * difference[1],
+        );
+        most_m_s2 = most_m_s2.max(difference[0].abs()).max(difference[1].abs());
+        let slide_m_s2 = if *k < 15_000 { 0.0 } else { slide_m_s2 };
+        traction.update(&Evidence {
+            wheels_m_s: 0.2,
+            tilt_error: difference[0] / G,
+            sideways_m_s2: difference[1] + slide_m_s2,
+            yaw_rate_rad_s: yaw,
+            wheels_yaw_rad_s: yaw,
+            slow: k.is_multiple_of(u16::from(super::super::facing::INTERVAL_TICKS)),
+            ..ROLLING
+        });
+        traction.slides()
+    });
+    (told, most_m_s2)
+}
+
+/// The ICM-42688-P's data sheet allows 20 mg along each axis. In a turn that looks like up to 0.4 m/s^2, more than the limit of a slide.
+#[test]
+fn an_offset_of_the_accelerometer_is_no_slide_in_a_turn_and_hides_none() {
+    let mut widest_m_s2 = 0.0_f32;
+    for offset_m_s2 in [
+        [0.2, 0.0],
+        [0.0, -0.2],
+        [0.2, 0.2],
+        [-0.2, 0.2],
+        [-0.1, 0.05],
+        [0.0, 0.0],
+    ] {
+        for yaw_rate_rad_s in [0.5, -1.0, 2.0, -3.0] {
+            let (told, most_m_s2) = turned(offset_m_s2, yaw_rate_rad_s, 0.0);
+            assert_eq!(told, None, "{offset_m_s2:?} m/s^2, {yaw_rate_rad_s} rad/s");
+            widest_m_s2 = widest_m_s2.max(most_m_s2);
+            // A slide in the second turn is reported as if there were no offset.
+            for slide_m_s2 in [0.6, -0.6] {
+                let (told, _) = turned(offset_m_s2, yaw_rate_rad_s, slide_m_s2);
+                assert!(
+                    told.is_some_and(|tick| (15_000..15_250).contains(&tick)),
+                    "{offset_m_s2:?} m/s^2, {yaw_rate_rad_s} rad/s, {slide_m_s2} m/s^2: {told:?}"
+                );
+            }
+        }
+    }
+    assert!(widest_m_s2 > 0.4, "{widest_m_s2} m/s^2");
+}
+
+/// Without a turn an offset cannot be told from a slide, and nothing is learnt.
+#[test]
+fn a_slide_on_a_straight_is_no_offset() {
+    for slow in [true, false] {
+        let slides = Evidence {
+            tilt_error: 0.4 / G,
+            slow,
+            ..ROLLING
+        };
+        assert!(after(&slides, 250).slides());
     }
 }
