@@ -14,7 +14,7 @@ use support::slopes::{changed, drive, from, most, small};
 
 /// When the push comes, s, and the length of a drive.
 const PUSHED_S: f64 = 8.0;
-const LENGTH_S: f64 = 24.0;
+const LENGTH_S: f64 = 20.0;
 /// The speed at which the vehicle returns to its place at most, and the noise of a steady drive, m/s.
 const STEADY_M_S: f64 = 0.2;
 
@@ -161,6 +161,9 @@ fn a_push_within_the_motors_speed_ends_at_the_command() {
                 .into_iter()
                 .enumerate()
             {
+                if n > 0 && k % 2 == n % 2 {
+                    continue;
+                }
                 if plant.contains("arm_length_m") && f64::abs(slope_deg) > 20.0 {
                     // With a shorter arm it hardly stands on 25 deg.
                     continue;
