@@ -81,10 +81,10 @@ faults! {
         "the stop begins within 6 ms",
         "Check the board's analogue supply."
     ),
-    /// The arm swung beyond its largest angle: the vehicle is about to whirl.
+    /// The arm swung beyond its largest angle and did not come back: the vehicle whirls, or is about to.
     ArmAngle = 10 => Opens(
-        "estimated arm angle beyond `phi_max_rad` (1.4 rad)",
-        "1 tick",
+        "estimated arm angle beyond 135 deg (`OVERTURNS_RAD`), or beyond `phi_max_rad` (1.4 rad) for 1000 ticks (`RETURN_TICKS`); in a controlled stop, and under Eq. 3.25, which does not bring the arm back, beyond `phi_max_rad`",
+        "1 tick beyond 135 deg and in a controlled stop, otherwise 1 s",
         "Accelerate less, or take a gentler slope; let the arm hang still before arming again."
     ),
     /// No drive command came in time.

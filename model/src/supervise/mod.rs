@@ -11,3 +11,4 @@ mod debounce;
 pub mod motor_watch;
 pub mod plausibility;
 pub mod supervisor;
+mod whirl_watch;

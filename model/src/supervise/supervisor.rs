@@ -6,6 +6,7 @@ use super::codes::{Blocker, BlockerSet, Fault, FaultSet};
 use super::debounce::Debounce;
 use super::motor_watch::{self, MotorReading, MotorWatch};
 use super::plausibility::{ImuHealth, ImuWatch};
+use super::whirl_watch::WhirlWatch;
 use crate::board::BoardScales;
 use crate::command::{Command, Request};
 use crate::control::motor::voltage;
@@ -66,6 +67,7 @@ pub struct Supervisor {
     arming: Arming,
     thresholds: Thresholds,
     arm_watch: ImuWatch,
+    whirl_watch: WhirlWatch,
     spar_watch: Option<ImuWatch>,
     motor_watches: [MotorWatch; MOTORS],
     motor_guards: [MotorGuard; MOTORS],
@@ -112,6 +114,7 @@ impl Supervisor {
                 command_timeout_us: us(p.safety.command_timeout_s),
             },
             arm_watch: imu_watch,
+            whirl_watch: WhirlWatch::new(vehicle),
             spar_watch: p.spar.as_ref().map(|_| imu_watch),
             motor_watches: p.motors().map(motor_watch),
             motor_guards: [
@@ -269,10 +272,8 @@ impl Supervisor {
             sensed.analog_age_us > self.thresholds.sensor_timeout_us,
         );
 
-        faults.insert_if(
-            Fault::ArmAngle,
-            estimate.phi_rad.abs() > self.thresholds.safety.phi_max_rad,
-        );
+        let lost = self.whirl_watch.update(estimate.phi_rad, self.arming.mode());
+        faults.insert_if(Fault::ArmAngle, lost);
         faults.insert_if(Fault::NotFinite, !estimate.is_finite());
         faults.insert_if(
             Fault::CommandTimeout,

@@ -189,7 +189,7 @@ impl LandingLaw {
         if !self.refusal.is_settled() {
             self.refusal.update(
                 self.limits.excess(slope.0),
-                landing,
+                if slope.0 < 0.0 { -landing } else { landing },
                 input.target_m_s != 0.0 || input.turns,
                 self.tick,
             );

@@ -42,15 +42,15 @@ pub(super) struct SlopeRefusal {
 }
 
 impl SlopeRefusal {
-    /// One tick at a landing speed, on a slope whose absolute sine exceeds that of the steepest slope on which the
-    /// vehicle can stand by `excess`. `drives` means that the operator wants a speed or a turn.
-    pub(super) fn update(&mut self, excess: f32, landing: f32, drives: bool, tick: f32) {
+    /// One tick at a landing speed, uphill positive, on a slope whose absolute sine exceeds that of the steepest slope on
+    /// which the vehicle can stand by `excess`. `drives` means that the operator wants a speed or a turn.
+    pub(super) fn update(&mut self, excess: f32, uphill: f32, drives: bool, tick: f32) {
         self.driven |= drives;
         // A settled decision does not change.
         if self.is_settled() {
             return;
         }
-        let slow = landing.abs() < STANDS_SPEED;
+        let slow = uphill.abs() < STANDS_SPEED;
         if slow && excess <= STANDS_EXCESS {
             // The vehicle stands on a shallow slope, or is held by hand and has not learnt its slope: standing does not
             // prove that it can stand here.
@@ -59,7 +59,9 @@ impl SlopeRefusal {
             self.beyond = 0.0;
             return;
         }
-        self.stood = if slow { self.stood + tick } else { 0.0 };
+        // A vehicle that returns uphill to its place has stopped on this slope.
+        let stands = slow || (uphill > 0.0 && excess < 0.0);
+        self.stood = if stands { self.stood + tick } else { 0.0 };
         if self.stood > STANDS_TIME {
             self.driven = true;
             return;
@@ -183,7 +185,8 @@ mod tests {
     }
 
     /// A vehicle that is held by hand without having learnt its slope has not stood. Neither has a vehicle that stops
-    /// only for a moment.
+    /// only for a moment. A vehicle that returns uphill to its place has stood; one that still rolls down, or that somebody
+    /// pushes up a slope on which it cannot stand, has not.
     #[test]
     fn a_vehicle_that_has_stood_on_the_slope_is_not_refused_later() {
         for (excess, landing, time, refused) in [
@@ -191,7 +194,10 @@ mod tests {
             (-0.01, -0.01, 7.0, false),
             (-0.01, 0.01, 5.0, true),
             (-0.5, 0.0, 100.0, true),
-            (-0.01, 0.05, 100.0, true),
+            (-0.01, -0.05, 100.0, true),
+            (-0.01, 0.05, 7.0, false),
+            (-0.01, 0.05, 5.0, true),
+            (0.0001, 0.05, 7.0, true),
         ] {
             let mut refusal = SlopeRefusal::default();
             for _ in 0..(time / TICK) as u32 {

@@ -18,6 +18,9 @@ const CONTRADICTION_TICKS: u16 = 300;
 /// last. A fall takes the component only to 0, and nothing pulls a vehicle down at 1.5 g for that long.
 const OVERTURNED_M_S2: f32 = -0.5 * G;
 const OVERTURNED_TICKS: u16 = 40;
+/// Cosine of the estimated angle, 80 deg, beyond which a push has thrown the arm. The accelerometer feels the push, and the
+/// wheels slide or leave the ground, so neither shows gravity. Fault ArmAngle bounds the time.
+const THROWN_COS: f32 = 0.17;
 /// Ticks for which an IMU must feel more force along the axle than across it to count as lying on its side. The
 /// number is less than that of a calibration, which arming requires, and more than half a period of a vibration of
 /// 1.3 Hz or faster.
@@ -79,7 +82,10 @@ impl Estimator {
         disarmed: bool,
     ) -> [bool; 2] {
         let watch = &mut self.mountings;
-        let apart = watch.apart.update(self.arm.unfiltered_error().abs() > CONTRADICTION);
+        let hangs = self.arm.cos() > THROWN_COS;
+        let apart = watch
+            .apart
+            .update(hangs && self.arm.unfiltered_error().abs() > CONTRADICTION);
         let [arm_lies, spar_lies] = &mut watch.on_its_side;
         if disarmed {
             arm_lies.update(on_its_side(&sensed.arm, sensed.arm_force_y_m_s2));
@@ -98,7 +104,7 @@ impl Estimator {
             watch.facing.reset(sensed.arm_force_y_m_s2);
             arm_exchanged.reset();
         } else {
-            found[0] |= arm_overturned.update(self.arm.vertical_m_s2() < OVERTURNED_M_S2);
+            found[0] |= arm_overturned.update(hangs && self.arm.vertical_m_s2() < OVERTURNED_M_S2);
             let relative_rad_s = motion.theta_rate_rad_s + motion.phi_rate_rad_s;
             found[0] |= match watch.turn {
                 0 => watch.facing.update(&Shown {
