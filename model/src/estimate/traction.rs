@@ -185,9 +185,6 @@ impl Traction {
         let sideways_max = SLIDES_SIDEWAYS_M_S2 + TURN_ACROSS_SHARE * turn_m_s2;
         let apart = along > SLIDES_M_S2 || yaw > yaw_max;
         let aside = sideways > sideways_max;
-        let sliding_s = f32::from(self.sliding_ticks) * self.dt_s;
-        let slip_m_s = self.speed.slip_m_s(evidence.wheels_m_s);
-        let regained = slip_m_s < REGAINED_M_S + DRIFT_M_S2 * sliding_s || slip_m_s > STEADY_SLIP_MAX_M_S;
         let agreed = along < ROLLS_M_S2 && !hunts && yaw < 0.5 * yaw_max && sideways < 0.5 * sideways_max;
         if evidence.slow {
             self.offset(evidence, turn_m_s2, yaw < 0.5 * yaw_max);
@@ -197,6 +194,9 @@ impl Traction {
         self.aside.update(aside);
         self.agrees.update(agreed);
         if self.sliding {
+            let sliding_s = f32::from(self.sliding_ticks) * self.dt_s;
+            let slip_m_s = self.speed.slip_m_s(evidence.wheels_m_s);
+            let regained = slip_m_s < REGAINED_M_S + DRIFT_M_S2 * sliding_s || slip_m_s > STEADY_SLIP_MAX_M_S;
             self.sliding_ticks = self.sliding_ticks.saturating_add(1);
             self.rolling_ticks = 0;
             let quiet = self.quiet.update(!(apart || aside || hunts));
