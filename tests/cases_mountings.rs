@@ -361,7 +361,8 @@ fn an_offset_of_the_accelerometer_is_no_slide_in_spins_and_turns() {
         [20.0, -20.0, 0.0],
         [-20.0, -20.0, -20.0],
     ];
-    drives.into_par_iter().zip(1_u64..).for_each(|(told, seed)| {
+    drives.into_par_iter().enumerate().for_each(|(nth, told)| {
+        let seed = nth as u64 + 1;
         let without = fly_with(told, [0.0; 3], seed);
         for offset_mg in offsets_mg {
             let with = fly_with(told, offset_mg, seed);

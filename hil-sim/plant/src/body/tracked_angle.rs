@@ -40,6 +40,8 @@ impl<const N: usize> TrackedAngles<N> {
     pub(super) fn to(&self, angle: [f64; N]) -> Self {
         let mut next = *self;
         let mut small = true;
+        // Four arrays side by side, which the compiler takes two at a time.
+        #[allow(clippy::needless_range_loop)]
         for i in 0..N {
             let turn = angle[i] - self.angle[i];
             // NaN is computed anew, too.
