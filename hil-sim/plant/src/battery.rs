@@ -1,6 +1,6 @@
 //! The battery that the motors share.
 
-use crate::motor::{BridgeState, DcMotor, Span};
+use crate::motor::{BridgeState, DcMotor, MotorSpan};
 
 /// A battery: a voltage behind a resistance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,7 +22,7 @@ impl Battery {
     #[inline(always)]
     pub fn terminal_v<const N: usize>(
         &self,
-        span: Span,
+        span: MotorSpan,
         last_v: f64,
         motors: &[DcMotor; N],
         bridges: &[BridgeState; N],

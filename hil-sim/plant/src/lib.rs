@@ -45,7 +45,7 @@ use gear::{GEARS, Gear};
 use icm42688p::Icm42688pModel;
 use imu::motion_at;
 pub use motor::BridgeState;
-use motor::{DcMotor, Span};
+use motor::{DcMotor, MotorSpan};
 use supply::Supply;
 use terrain::Ground;
 pub use truth::{Glance, Truth};
@@ -190,7 +190,7 @@ impl Plant {
         DcMotor::prepare(&mut self.motors, h);
         self.battery_v = self
             .battery
-            .terminal_v(Span::Substep, self.battery_v, &self.motors, bridges, &before);
+            .terminal_v(MotorSpan::Substep, self.battery_v, &self.motors, bridges, &before);
         let joints: [JointTorque; MOTORS] =
             core::array::from_fn(|i| self.motors[i].begin(h, bridges[i], self.battery_v, before[i]));
         let mean_rates = match self.gears.as_deref_mut() {
@@ -269,7 +269,7 @@ impl Plant {
         DcMotor::prepare_ahead(&mut self.motors, dt_s);
         let volts = self
             .battery
-            .terminal_v(Span::Ahead, self.battery_v, &self.motors, bridges, &rates);
+            .terminal_v(MotorSpan::Ahead, self.battery_v, &self.motors, bridges, &rates);
         let currents = core::array::from_fn(|i| self.motors[i].mean_current_after(dt_s, bridges[i], volts, rates[i]));
         Some(self.convert(volts, self.wiring.seen_by_bridges(currents)))
     }

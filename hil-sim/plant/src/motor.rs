@@ -105,7 +105,7 @@ impl Armature {
 
 /// The time over which a current is sought.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Span {
+pub enum MotorSpan {
     /// The substep.
     Substep,
     /// The look-ahead.
@@ -202,10 +202,10 @@ impl DcMotor {
 
     /// The armature's coefficients over a span.
     #[inline]
-    fn over(&self, span: Span) -> &Armature {
+    fn over(&self, span: MotorSpan) -> &Armature {
         match span {
-            Span::Substep => &self.armature,
-            Span::Ahead => &self.ahead,
+            MotorSpan::Substep => &self.armature,
+            MotorSpan::Ahead => &self.ahead,
         }
     }
 
@@ -233,7 +233,7 @@ impl DcMotor {
     /// The motor's current from the battery over a span as a linear function `a + b V` of the battery's
     /// voltage, at the joint's rate `rate`. `last_v` decides whether the bridge chops.
     #[inline]
-    pub(crate) fn battery_load(&self, span: Span, bridge: BridgeState, last_v: f64, rate: f64) -> (f64, f64) {
+    pub(crate) fn battery_load(&self, span: MotorSpan, bridge: BridgeState, last_v: f64, rate: f64) -> (f64, f64) {
         let Armature {
             share,
             mean_conductance: conductance,

@@ -192,7 +192,7 @@ fn the_battery_sags_under_load_and_rises_under_regeneration() {
         let mut v = 25.2;
         for _ in 0..40 {
             DcMotor::prepare(&mut motors, H);
-            v = battery.terminal_v(Span::Substep, v, &motors, &[BridgeState::Duty(duty)], &[rate]);
+            v = battery.terminal_v(MotorSpan::Substep, v, &motors, &[BridgeState::Duty(duty)], &[rate]);
             let [m] = &mut motors;
             substep(m, BridgeState::Duty(duty), v, rate);
         }
@@ -212,7 +212,7 @@ fn the_battery_sags_under_load_and_rises_under_regeneration() {
     let mut last = 25.2;
     for _ in 0..40 {
         DcMotor::prepare(&mut motors, H);
-        last = weak.terminal_v(Span::Substep, last, &motors, &[BridgeState::Duty(1.0)], &[0.0]);
+        last = weak.terminal_v(MotorSpan::Substep, last, &motors, &[BridgeState::Duty(1.0)], &[0.0]);
         let [m] = &mut motors;
         substep(m, BridgeState::Duty(1.0), last, 0.0);
     }
