@@ -160,11 +160,13 @@ impl Facing {
             let sideways = sideways - self.steady_sideways.value();
             self.sideways += MEAN_GAIN * (sideways * sideways - self.sideways);
         }
+        // Errors that stand still since the vehicle took off are no further evidence.
+        let weighs = shown.weighs;
         self.faces_forward |= self
             .upright
-            .update(explains(self.forward, self.backward, self.sideways));
+            .update(weighs && explains(self.forward, self.backward, self.sideways));
         self.mirrored
-            .update(explains(self.backward, self.forward, self.sideways))
+            .update(weighs && explains(self.backward, self.forward, self.sideways))
     }
 
     /// Restarts the watch with standing wheels, when nothing drives them or the IMU is not believed. The accelerometer

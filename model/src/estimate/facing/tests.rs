@@ -107,6 +107,15 @@ fn what_does_not_last_tells_nothing() {
     assert!(bench.told(5.0, -2.0, 600).is_some());
 }
 
+/// A blow that looks mirrored throws the vehicle off the ground: what the watch saw last does not count on in the air.
+#[test]
+fn nothing_is_told_in_the_air_of_what_was_before() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.told(5.0, -2.0, MIRRORED_TICKS - 1), None);
+    bench.weighs = false;
+    assert_eq!(bench.told(5.0, -2.0, 1000), None);
+}
+
 #[test]
 fn without_weight_and_after_a_reset_nothing_is_told_of_what_was() {
     let mut bench = Bench::new();

@@ -111,7 +111,7 @@ impl Estimator {
                     relative_rad_s,
                     unexplained: self.arm.unexplained(),
                     sideways_m_s2: sensed.arm_force_y_m_s2,
-                    weighs: self.weight.is_steady(),
+                    weighs: hangs && self.weight.is_steady(),
                     slides: self.traction.slid_lately(),
                 }),
                 1 => {
