@@ -32,6 +32,9 @@ action = "drive"
 speed_m_s = 0.5
 "#;
 
+/// INTF_CONFIG1 of an IMU to which nobody has written (DS-000347, register map).
+const INTF_CONFIG1_RESET: u8 = 0x91;
+
 /// Whatever the unused inputs show, the board neither asks the spar's IMU nor takes a fault from encoder and current sensor.
 #[test]
 #[ignore = "needs an ELF without a spar: FIRMWARE_ELF=$(VEHICLE=vehicles/small.toml .ci/build-board)"]
@@ -67,9 +70,13 @@ fn a_vehicle_without_a_spar_neither_reads_nor_faults_on_its_inputs() {
         let [arm, spar] = emulation
             .at(|stopped| stopped.board().intf_config1())
             .expect("it ran to the end");
-        assert!(
-            arm != 0 && spar == 0,
-            "the driver set up the IMUs with {arm:#x} and {spar:#x}"
+        assert_ne!(
+            arm, INTF_CONFIG1_RESET,
+            "{encoder:?}: the driver has not set up the arm IMU"
+        );
+        assert_eq!(
+            spar, INTF_CONFIG1_RESET,
+            "{encoder:?}: the driver has set up a spar IMU"
         );
     }
 }
