@@ -158,3 +158,29 @@ impl Estimator {
         found
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_imu_on_its_side_feels_the_weight_along_the_axle() {
+        for ([x, y, z], lies) in [
+            ([0.0, 9.8, 0.0], true),
+            ([0.0, -9.8, 0.0], true),
+            ([6.0, 7.0, 3.0], true),
+            ([6.0, 7.0, 4.0], false),
+            ([-6.0, 7.0, -4.0], false),
+            // Upright, and on an end.
+            ([0.0, 0.5, 9.8], false),
+            ([-9.8, 0.5, 0.0], false),
+        ] {
+            let reading = TiltReading {
+                rate_rad_s: 0.0,
+                force_x_m_s2: x,
+                force_z_m_s2: z,
+            };
+            assert_eq!(on_its_side(&reading, y), lies, "{x}, {y}, {z}");
+        }
+    }
+}

@@ -82,3 +82,22 @@ fn one_jump_of_the_current_does_not_hide_a_dead_sensor() {
     assert_eq!(answers[99], CurrentResponse::Dead, "it never followed");
     assert!(answers[150..].iter().all(|answer| *answer == CurrentResponse::Dead));
 }
+
+/// An armature with a time constant of one tick: the modelled current of a tick is the mean of an exponential rise.
+#[test]
+fn the_modelled_current_rises_with_the_armatures_time_constant() {
+    let mut motor = reference().parameters().drive_motor;
+    motor.inductance_h = motor.resistance_ohm * crate::sample::TICK_S;
+    let mut follower = Follower::new(&motor);
+    follower.update(0.0, 0.0);
+    for tick in 1..=5_u8 {
+        follower.update(1.0, 0.0);
+        let rest = |ticks: u8| libm::expf(-f32::from(ticks));
+        let mean_a = (1.0 - 0.5 * (rest(tick - 1) + rest(tick))) / motor.resistance_ohm;
+        assert!(
+            (follower.model.last - mean_a).abs() < 1e-4,
+            "tick {tick}: {} A",
+            follower.model.last
+        );
+    }
+}
