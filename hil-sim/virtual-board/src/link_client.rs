@@ -47,6 +47,8 @@ pub struct LinkClient {
     pub heard_us: Option<u64>,
     /// Blocks of the stream of records that have not been taken, in order: the newest [`RECORDS_MAX`].
     pub records: VecDeque<RecordBlock>,
+    /// Number of the unanswered order that starts a stream of records.
+    stream_asked: Option<u32>,
     readings: VecDeque<(u32, Reading)>,
     /// Bytes received.
     pub bytes: u64,
@@ -75,6 +77,7 @@ impl LinkClient {
             status: None,
             heard_us: None,
             records: VecDeque::new(),
+            stream_asked: None,
             readings: VecDeque::new(),
             bytes: 0,
             messages: 0,
@@ -113,6 +116,9 @@ impl LinkClient {
         let given_at_us = self.clock.board_us(now_us)?;
         self.sequence += 1;
         let sequence = self.sequence;
+        if matches!(order, Order::Recording { from: Some(_) }) {
+            self.stream_asked = Some(sequence);
+        }
         let envelope = Envelope {
             id: OrderId { session, sequence },
             given_at_us,
@@ -178,6 +184,12 @@ impl LinkClient {
                 if answer == Answer::Refused(Refusal::UnknownSession) {
                     // The board has booted since, or another host has taken over.
                     self.identity = None;
+                }
+                if self.stream_asked == Some(id.sequence) {
+                    // The board answers before it sends the first block of a stream: the blocks so far are an earlier
+                    // stream's, which another host may have left behind.
+                    self.stream_asked = None;
+                    self.records.clear();
                 }
                 self.answers.push_back((id.sequence, answer));
                 if self.answers.len() > ANSWERS_MAX {
