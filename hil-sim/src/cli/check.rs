@@ -9,7 +9,7 @@ use report::colour::{bad, doubtful};
 use report::error::CommandError;
 use report::output::{print_coloured, print_json};
 use serde::Serialize;
-use theory::analysis::design_check::{DesignCheck, DesignFinding, Severity, are_stable, check};
+use theory::analysis::design_check::{DesignCheck, Severity, are_stable, check};
 
 use super::drive::load_vehicle;
 
@@ -44,7 +44,7 @@ struct CheckJson<'a> {
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let vehicle = load_vehicle(arguments.vehicle.as_deref())?;
     let checked = check(&vehicle);
-    let errors: Vec<&str> = of(&checked, Severity::Error).map(|finding| finding.field).collect();
+    let errors: Vec<&str> = checked.of(Severity::Error).map(|finding| finding.field).collect();
     if arguments.json {
         print_json(&CheckJson {
             check: &checked,
@@ -61,14 +61,6 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
             errors.join(", ")
         )))
     }
-}
-
-/// The findings of one severity.
-fn of(checked: &DesignCheck, severity: Severity) -> impl Iterator<Item = &DesignFinding> {
-    checked
-        .findings
-        .iter()
-        .filter(move |finding| finding.severity == severity)
 }
 
 /// Poles in words, and whether they are unstable.
@@ -128,7 +120,7 @@ fn table(checked: &DesignCheck, law: SpeedLawChoice) -> String {
         (Severity::Warning, doubtful("warning:")),
     ];
     for (severity, name) in both {
-        for finding in of(checked, severity) {
+        for finding in checked.of(severity) {
             _ = writeln!(text, "\n{name} {}: {}", finding.field, finding.text);
         }
     }

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
-use model::vehicle::Field;
+use model::vehicle::{Field, Vehicle};
 use report::error::CommandError;
 use theory::analysis::design_check::{Severity, check};
 
@@ -84,7 +84,7 @@ pub(super) fn parameters_of<W: Wire, O: Write>(
             console.line(&format!("wrote {}", file.display()))
         }
         ParameterAction::Load { file } => {
-            let wanted = read_drivable(file)?;
+            let wanted = read_drivable(file)?.parameters().cast::<f32>();
             let differences = link.load(file, &wanted)?;
             for difference in &differences {
                 console.line(&difference.to_string())?;
@@ -92,7 +92,7 @@ pub(super) fn parameters_of<W: Wire, O: Write>(
             console.line(&format!("parameters changed: {}", differences.len()))
         }
         ParameterAction::Diff { file } => {
-            let wanted = read(file)?;
+            let wanted = read(file)?.parameters().cast::<f32>();
             let differences = link.differences(file, &wanted)?;
             for difference in &differences {
                 console.line(&difference.to_string())?;
@@ -109,23 +109,16 @@ pub(super) fn parameters_of<W: Wire, O: Write>(
     }
 }
 
-/// The parameters of a vehicle file, as the board has them.
-fn read(file: &Path) -> Result<model::vehicle::VehicleParameters<f32>, CommandError> {
-    vehicle_file::read_vehicle(file)
-        .map(|vehicle| vehicle.parameters().cast::<f32>())
-        .map_err(|error| CommandError::Input(error.to_string()))
+/// The vehicle of a file.
+fn read(file: &Path) -> Result<Vehicle<f64>, CommandError> {
+    vehicle_file::read_vehicle(file).map_err(|error| CommandError::Input(error.to_string()))
 }
 
 /// As [`read`], for a board that is to drive with the set.
-fn read_drivable(file: &Path) -> Result<model::vehicle::VehicleParameters<f32>, CommandError> {
-    let vehicle = vehicle_file::read_vehicle(file).map_err(|error| CommandError::Input(error.to_string()))?;
-    let checked = check(&vehicle);
-    match checked
-        .findings
-        .iter()
-        .find(|finding| finding.severity == Severity::Error)
-    {
-        None => Ok(vehicle.parameters().cast::<f32>()),
+fn read_drivable(file: &Path) -> Result<Vehicle<f64>, CommandError> {
+    let vehicle = read(file)?;
+    match check(&vehicle).of(Severity::Error).next() {
+        None => Ok(vehicle),
         Some(finding) => Err(CommandError::Input(format!(
             "{}: such a vehicle cannot be driven: {}: {} (`hil-sim check` shows everything)",
             file.display(),

@@ -116,7 +116,6 @@ impl LinkRecording {
     /// The board refuses, or is silent.
     pub(super) fn begin<W: Wire>(&mut self, link: &mut Link<W>, identity: Identity) -> Result<(), CommandError> {
         self.unwritten = Some(identity);
-        link.client.records.clear();
         link.order(Order::Recording { from: Some(0) })?;
         self.next = None;
         self.log = LogFollower::default();

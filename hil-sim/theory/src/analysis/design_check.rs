@@ -62,6 +62,11 @@ impl DesignCheck {
     pub fn number(&self, name: &str) -> Option<f64> {
         self.numbers.iter().find(|n| n.name == name).map(|n| n.value)
     }
+
+    /// The findings of one severity.
+    pub fn of(&self, severity: Severity) -> impl Iterator<Item = &DesignFinding> {
+        self.findings.iter().filter(move |finding| finding.severity == severity)
+    }
 }
 
 /// Torque and back-EMF constants that differ by more than this share cannot belong to one motor: they are the same

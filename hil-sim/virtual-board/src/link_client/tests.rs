@@ -43,6 +43,26 @@ fn given_at(client: &mut LinkClient, now_us: u64) -> u64 {
     panic!("no order")
 }
 
+/// Blocks that arrive before the board answers the order to record are an earlier stream's.
+#[test]
+fn a_stream_begins_behind_the_answer_that_starts_it() {
+    let mut client = LinkClient::new(5);
+    hear(&mut client, 0, &BoardMessage::Identity(identity(5, 0)));
+    let block = |number| {
+        BoardMessage::Records(RecordBlock {
+            number,
+            ..RecordBlock::empty()
+        })
+    };
+    let (sequence, _) = client.order(1, Order::Recording { from: Some(0) }).expect("identified");
+    hear(&mut client, 2, &block(7));
+    hear(&mut client, 3, &answer(77, sequence, Answer::Done));
+    hear(&mut client, 4, &block(0));
+    hear(&mut client, 5, &answer(77, sequence + 1, Answer::Done));
+    let numbers: Vec<u32> = client.records.iter().map(|block| block.number).collect();
+    assert_eq!(numbers, [0]);
+}
+
 #[test]
 fn every_host_message_fits_a_frame() {
     let id = OrderId {
